@@ -1,0 +1,43 @@
+# `make` sets everything up and makes all results; `make test` runs the tests. Needs Python 3.11 with pip.
+PYTHON ?= python3.11
+SNAKEMAKE = .venv/bin/snakemake
+STAMP = .venv/installed
+
+.PHONY: all report charts generalisation smoke test lint embedded config-table
+
+all: $(STAMP)
+	$(SNAKEMAKE)
+	$(SNAKEMAKE) --report results/report.html
+
+charts generalisation: $(STAMP)
+	$(SNAKEMAKE) $@
+
+# The report over all that is there; with the charts and the folds once those targets were made.
+report: $(STAMP)
+	$(SNAKEMAKE) --report results/report.html -- all $(foreach t,charts generalisation,$(if $(wildcard results/tables/run-$t.csv),$t))
+
+# Every rule at toy size, in a folder of its own so that it touches no results.
+smoke: $(STAMP)
+	$(SNAKEMAKE) --directory results/smoke --configfile config/smoke.yaml -- smoke
+	$(SNAKEMAKE) --directory results/smoke --configfile config/smoke.yaml --report report.html -- smoke
+
+test: $(STAMP)
+	.venv/bin/pytest
+
+lint: $(STAMP)
+	.venv/bin/ruff check src tests workflow/scripts
+	.venv/bin/ruff format --check src tests workflow/scripts
+	.venv/bin/snakefmt --check Snakefile workflow/rules
+	$(SNAKEMAKE) --lint
+
+# Train the embedded materials again from the published NBRDFs: make embedded ZIP=merl_nbrdf.zip
+embedded: $(STAMP)
+	.venv/bin/python -m neumat.fields.distill $(ZIP)
+
+config-table: $(STAMP)
+	.venv/bin/python -m neumat.config workflow/schemas/config.schema.json > config/README.md
+
+$(STAMP): pyproject.toml constraints.txt
+	$(PYTHON) -m venv .venv
+	.venv/bin/pip install --constraint constraints.txt --editable '.[llvm,frechet,test]'
+	touch $@

@@ -1,0 +1,49 @@
+"""From measured materials to synthesised ones. The targets; the rules are in workflow/rules/."""
+
+from snakemake.utils import min_version
+
+min_version("9.0")
+
+
+configfile: f"{workflow.basedir}/config/config.yaml"
+
+
+report: "workflow/report/workflow.rst"
+
+
+include: "workflow/rules/common.smk"
+include: "workflow/rules/sources.smk"
+include: "workflow/rules/augment.smk"
+include: "workflow/rules/fit.smk"
+include: "workflow/rules/generative.smk"
+include: "workflow/rules/evaluate.smk"
+include: "workflow/rules/render.smk"
+include: "workflow/rules/charts.smk"
+include: "workflow/rules/run.smk"
+
+
+rule all:
+    default_target: True
+    input:
+        TARGETS["all"],
+        "results/tables/run.csv",
+
+
+rule charts:
+    input:
+        TARGETS["charts"],
+        "results/tables/run-charts.csv",
+
+
+rule generalisation:
+    input:
+        TARGETS["generalisation"],
+        "results/tables/run-generalisation.csv",
+
+
+# Every rule of the three targets; meant for config/smoke.yaml.
+rule smoke:
+    input:
+        rules.all.input,
+        rules.charts.input,
+        rules.generalisation.input,

@@ -1,0 +1,1 @@
+"""neumat: synthesis of measured-looking materials."""

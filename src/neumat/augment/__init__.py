@@ -1,0 +1,1 @@
+"""AugMERL: permutations, blends in a PCA space, splits, the store."""

@@ -1,0 +1,72 @@
+"""AugMERL's list of materials: who descends from whom, and which side of which split each lies on."""
+
+import numpy as np
+import pandas as pd
+
+from neumat.augment.permutations import PERMUTATIONS
+from neumat.errors import NeumatError
+from neumat.seeds import numpy_generator
+
+FOLDS = 5  # of the generalisation protocol
+
+
+def draw_manifest(names, config, seed):
+    """Return the manifest, a DataFrame of (N + blends) * 6 rows; index = base * 6 + permutation.
+
+    names: N source materials. config: the section `augment`. Columns: index, name, base, parent_a, parent_b, weight
+    (of parent_a), permutation, grouped and random (train or test), fold (of the parents; -1 where they differ).
+    Pairs are drawn within a side of the grouped split, so no blend crosses it; the random split is the released
+    code's, over all materials without regard to descent.
+    """
+    n, blends = len(names), config["blends"]
+    if n < 4:
+        raise NeumatError("sources", "at least 4 materials to split and blend", n)
+    order = numpy_generator(seed, "held-out sources").permutation(n)
+    held = max(2, round(config["held_out"] * n))
+    sides = {"test": order[:held], "train": order[held:]}
+    fold = np.empty(n, int)
+    fold[numpy_generator(seed, "folds").permutation(n)] = np.arange(n) % FOLDS
+
+    rows = [(name, name, name, 1.0, "test" if i in sides["test"] else "train", fold[i]) for i, name in enumerate(names)]
+    generator = numpy_generator(seed, "blends")
+    held_blends = round(config["held_out"] * blends)
+    for k in range(blends):
+        side = "test" if k < held_blends else "train"
+        a, b = generator.choice(sides[side], 2, replace=False)
+        weight = generator.uniform(*config["weight_range"])
+        rows.append((f"blend-{k:03d}", names[a], names[b], weight, side, fold[a] if fold[a] == fold[b] else -1))
+
+    bases = pd.DataFrame(rows, columns=["base", "parent_a", "parent_b", "weight", "grouped", "fold"])
+    manifest = bases.loc[bases.index.repeat(len(PERMUTATIONS))].reset_index(drop=True)
+    manifest["permutation"] = list(PERMUTATIONS) * len(bases)
+    plain = manifest["permutation"] == "rgb"
+    manifest.insert(0, "name", manifest["base"].where(plain, manifest["base"] + "@" + manifest["permutation"]))
+    manifest.insert(0, "index", manifest.index)
+    test = numpy_generator(seed, "random split").permutation(len(manifest))[: round(config["held_out"] * len(manifest))]
+    manifest["random"] = np.where(manifest["index"].isin(test), "test", "train")
+    return manifest
+
+
+def read_manifest(path):
+    """Return the manifest written as TSV."""
+    return pd.read_csv(path, sep="\t")
+
+
+def protocol_indices(manifest, protocol):
+    """Return (train, reference), indices of the materials that `protocol` trains on and compares with.
+
+    "parity": the random split. "grouped": the split by source material. "fold0", "fold1", ...: reference = the
+    fold's source materials in all permutations, train = everything that has no parent among them.
+    Raises NeumatError for any other protocol.
+    """
+    if protocol in ("parity", "grouped"):
+        test = (manifest["random" if protocol == "parity" else "grouped"] == "test").to_numpy()
+        return np.flatnonzero(~test), np.flatnonzero(test)
+    source = manifest["base"] == manifest["parent_a"]
+    folds = [f"fold{k}" for k in sorted(set(manifest["fold"][source]))]
+    if protocol not in folds:
+        raise NeumatError("protocol", f"parity, grouped or one of {', '.join(folds)}", repr(protocol))
+    inside = source & (manifest["fold"] == folds.index(protocol))
+    held = set(manifest["base"][inside])
+    related = manifest["parent_a"].isin(held) | manifest["parent_b"].isin(held)
+    return np.flatnonzero(~related), np.flatnonzero(inside)

@@ -1,0 +1,96 @@
+"""The AugMERL store: 400 base materials in factored form, served as tables or as any subset of entries.
+
+A blend interpolates two sources linearly in PCA space. Projection is linear too, so a blend is the same mixture of
+its parents' projections: the store holds the projected source columns (3N, V), float16, and each base material
+needs two of them. The sources themselves stay as measured, in the source store beside it.
+"""
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from neumat.augment.permutations import PERMUTATIONS, channel_order
+from neumat.brdf.coordinates import ENTRIES
+from neumat.brdf.merl import write_merl
+from neumat.brdf.sources import CHUNK, read_sources
+from neumat.errors import NeumatError
+from neumat.files import atomic_path
+
+SCHEMA = 1
+
+
+class AugMerl:
+    """An open AugMERL store and the source store that it was made from.
+
+    Attributes: n (base materials), entries (V,) flat MERL indices, parents (n, 2) source numbers, weight (n,).
+    Raises NeumatError for a missing file, another schema version, or a source store that it was not made from.
+    """
+
+    def __init__(self, path, sources_path):
+        try:
+            self._file = h5py.File(path, "r")
+        except OSError as error:
+            found = "a damaged or foreign file" if Path(path).is_file() else "no such file"
+            raise NeumatError(path, "an AugMERL store (HDF5)", found) from error
+        version = self._file.attrs.get("schema_version")
+        if version != SCHEMA or "parents" not in self._file:
+            raise NeumatError(path, f"an AugMERL store of schema version {SCHEMA}", f"version {version}")
+        self.sources = read_sources(sources_path)
+        if self._file.attrs["sources"] != self.sources.digest:
+            raise NeumatError(path, "the source store that it was made from", sources_path)
+        self.entries = self.sources.entries
+        self.parents, self.weight = self._file["parents"][:], self._file["weight"][:]
+        self.n = len(self.parents)
+
+    def base_table(self, base):
+        """Return base material `base` at all entries, (3, V) float32, 1/sr."""
+        a, b = self.parents[base]
+        if a == b:
+            return self.sources.table(a).T
+        weight = np.float32(self.weight[base])
+        columns = self._file["columns"]
+        mixed = columns[3 * a : 3 * a + 3].astype(np.float32) * weight
+        mixed += columns[3 * b : 3 * b + 3].astype(np.float32) * (1 - weight)
+        return mixed
+
+    def table(self, index):
+        """Return material `index` = base * 6 + permutation at all entries, (V, 3) float32, 1/sr."""
+        base, permutation = divmod(index, len(PERMUTATIONS))
+        return self.base_table(base)[channel_order(PERMUTATIONS[permutation])].T
+
+    def values(self, index, positions):
+        """Return material `index` at `positions` (m,) within `entries`, (m, 3) float32, 1/sr."""
+        return self.table(index)[positions]
+
+    def materialise(self, index, path):
+        """Write material `index` as a dense MERL `.binary` file."""
+        dense = np.full((ENTRIES, 3), np.nan, np.float32)
+        dense[self.entries] = self.table(index)
+        write_merl(path, dense)
+
+
+def write_store(path, sources, coefficients, parents, weight, attributes):
+    """Write the store; return (negative share, mean and largest |change| of log(1 + f)) of the projected columns.
+
+    coefficients: (3N, 3N) from `augment.pca.projection`. Entries that truncation drives below 0 are set to 0:
+    reflectance is never negative, and mixtures of such columns cannot become so.
+    """
+    count = len(sources.entries)
+    negative, changed, largest = 0, 0.0, 0.0
+    with atomic_path(path) as temporary, h5py.File(temporary, "w") as file:
+        file["parents"], file["weight"] = parents, weight
+        file.attrs.update(schema_version=SCHEMA, sources=sources.digest, **attributes)
+        chunks = (CHUNK[0], min(CHUNK[1], count))
+        columns = file.create_dataset("columns", (len(coefficients), count), np.float16, chunks=chunks)
+        for start in range(0, count, CHUNK[1]):
+            exact = sources.column_block(start, start + CHUNK[1]).astype(np.float32)
+            projected = coefficients @ exact.astype(np.float64)
+            negative += int((projected < 0).sum())
+            projected = projected.clip(0)
+            columns[:, start : start + CHUNK[1]] = projected
+            change = np.abs(np.log1p(projected) - np.log1p(exact))
+            changed += change.sum()
+            largest = max(largest, float(change.max()))
+    total = count * len(coefficients)
+    return negative / total, changed / total, largest

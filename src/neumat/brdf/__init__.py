@@ -1,0 +1,1 @@
+"""What a material is: coordinates, tables, measured files, analytic models, the embedded 100."""

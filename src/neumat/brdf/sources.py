@@ -1,0 +1,163 @@
+"""The source materials of a run, gathered into one store.
+
+sources.h5, schema 1: `names` (N,), `entries` (V,) int32 flat MERL indices that are valid in every source,
+`columns` (3N, V) float16 with row 3i + c = channel c of source i, 1/sr.
+"""
+
+import hashlib
+import json
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from neumat.brdf.coordinates import ENTRIES
+from neumat.brdf.download import download_merl, merl_checksums
+from neumat.brdf.merl import read_folder, read_merl
+from neumat.brdf.rgl import SUFFIX as RGL_SUFFIX
+from neumat.brdf.rgl import check_rgl, read_rgl
+from neumat.errors import NeumatError
+from neumat.files import atomic_path
+
+SCHEMA = 1
+CHUNK = (3, 1 << 14)  # one material by 16384 entries: quick for whole tables and for blocks of columns
+LARGEST = float(np.finfo(np.float16).max)
+
+
+def _embedded(config):
+    """The 100 MERL materials that come with the package."""
+    from neumat.brdf.embedded import embedded_names, embedded_table
+
+    available = embedded_names()
+    names = _chosen(available, config)
+    return names, (embedded_table(available.index(name)) for name in names)
+
+
+def _merl(config):
+    """MERL files in a folder; with a url, what is missing of the 100 is downloaded when it is read."""
+    if config.get("url"):
+        checksums = merl_checksums()
+        names = _chosen(checksums, config)
+        folder = _folder(config)
+        return names, (read_merl(*download_merl([name], config["url"], folder, checksums)) for name in names)
+    paths = read_folder(_folder(config))
+    names = _chosen(paths, config)
+    return names, (read_merl(paths[name]) for name in names)
+
+
+def _rgl(config):
+    """RGL files in a folder."""
+    paths = read_folder(_folder(config), RGL_SUFFIX, check_rgl)
+    names = _chosen(paths, config)
+    return names, (read_rgl(paths[name]) for name in names)
+
+
+# kind -> function(config section) -> (names, iterator of (1458000, 3) float32 tables, NaN at invalid entries)
+SOURCES = {"embedded": _embedded, "merl": _merl, "rgl": _rgl}
+
+
+def write_sources(config_sources, path, limit=None, progress=iter):
+    """Write the store of the sources that the config section (kind, folder, url, names) describes.
+
+    `limit` keeps the first so many names; `progress` wraps the list of names (tqdm). Holds 8.7 MB per source
+    in memory. Raises NeumatError for bad input, for a value that float16 cannot hold, and where no entry is
+    valid in all sources.
+    """
+    kind = config_sources["kind"]
+    if kind not in SOURCES:
+        raise NeumatError("sources.kind", f"one of {', '.join(SOURCES)}", repr(kind))
+    names, tables = SOURCES[kind](config_sources)
+    names = names[:limit]
+    columns = np.empty((3 * len(names), ENTRIES), np.float16)
+    valid = np.ones(ENTRIES, bool)
+    for i, (name, table) in enumerate(zip(progress(names), tables, strict=False)):
+        here = ~np.isnan(table).any(axis=1)
+        largest = table[here].max(initial=0)
+        if largest > LARGEST:
+            raise NeumatError(f"source {name}", f"values of at most {LARGEST:.0f} / sr", f"{largest:.6g}")
+        columns[3 * i : 3 * i + 3] = np.where(here[:, None], table, 0).T
+        valid &= here
+    entries = np.flatnonzero(valid).astype(np.int32)
+    if not len(entries):
+        raise NeumatError(path, "entries that are valid in every source", "not one")
+
+    digest = hashlib.sha256(json.dumps(names).encode() + entries.tobytes())
+    with atomic_path(path) as temporary, h5py.File(temporary, "w") as file:
+        file["names"] = names
+        file["entries"] = entries
+        chunks = (CHUNK[0], min(CHUNK[1], len(entries)))
+        stored = file.create_dataset("columns", (len(columns), len(entries)), np.float16, chunks=chunks)
+        for row in range(0, len(columns), 3):
+            block = columns[row : row + 3, entries]
+            stored[row : row + 3] = block
+            digest.update(block.tobytes())
+        config = json.dumps(config_sources, sort_keys=True)
+        file.attrs.update(schema_version=SCHEMA, kind=kind, config=config, digest=digest.hexdigest())
+
+
+class Sources:
+    """An open store of source materials.
+
+    Attributes: names (list of N), entries (V,) int32, n = N, digest. Raises NeumatError for a missing file,
+    one that is not a store of sources, and another schema version.
+    """
+
+    def __init__(self, path):
+        try:
+            self._file = h5py.File(path, "r")
+        except OSError as error:
+            found = "a damaged or foreign file" if Path(path).is_file() else "no such file"
+            raise NeumatError(path, "a store of sources (HDF5)", found) from error
+        version = self._file.attrs.get("schema_version")
+        if version != SCHEMA or "columns" not in self._file:
+            found = f"version {version}" if "columns" in self._file else "another kind of store"
+            raise NeumatError(path, f"a store of sources of schema version {SCHEMA}", found)
+        self.names = list(self._file["names"].asstr())
+        self.entries = self._file["entries"][:]
+        self.n = len(self.names)
+        self.digest = self._file.attrs["digest"]
+
+    def column_block(self, start, stop):
+        """Return the values of all sources at entries[start:stop]: (3N, stop - start) float16, 1/sr."""
+        return self._file["columns"][:, start:stop]
+
+    def table(self, i):
+        """Return source i at all entries: (V, 3) float32, 1/sr."""
+        return self._file["columns"][3 * i : 3 * i + 3].T.astype(np.float32)
+
+
+def read_sources(path):
+    """Open a store of sources; see Sources."""
+    return Sources(path)
+
+
+def gram(path):
+    """Return the inner products of all source columns over the valid entries, (3N, 3N) float64.
+
+    In float32 the sums lose what a PCA needs (reconstruction error 1e8 against 1e-3).
+    """
+    sources = read_sources(path)
+    total = np.zeros((3 * sources.n, 3 * sources.n))
+    for start in range(0, len(sources.entries), CHUNK[1]):
+        block = sources.column_block(start, start + CHUNK[1]).astype(np.float64)
+        total += block @ block.T
+    return total
+
+
+def _folder(config):
+    if not config.get("folder"):
+        raise NeumatError("sources.folder", f"a folder of {config['kind']} files", "none")
+    return Path(config["folder"])
+
+
+def _chosen(available, config):
+    """Return config `names`, or all available names where it is null."""
+    names = config.get("names")
+    if names is None:
+        return list(available)
+    for name in names:
+        if name not in available:
+            raise NeumatError("sources.names", f"names of {config['kind']} materials at hand", repr(name))
+    if not names or len(set(names)) != len(names):
+        raise NeumatError("sources.names", "different names, at least one", str(names))
+    return list(names)

@@ -1,0 +1,124 @@
+"""The workflow's configuration: checked against its schema, which also holds the defaults.
+
+`python -m neumat.config workflow/schemas/config.schema.json` prints the table of all keys, config/README.md.
+"""
+
+import copy
+import json
+import math
+import sys
+from pathlib import Path
+
+from jsonschema import Draft202012Validator
+from jsonschema.validators import extend
+
+from neumat.errors import NeumatError
+
+SUFFIXES = {"merl": ".binary", "rgl": ".bsdf"}
+PUBLISHED = 100  # materials of the MERL database, embedded or downloaded
+
+
+def _is_number(_, value):
+    """YAML knows .nan and .inf, which no range check refuses."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+Validator = extend(Draft202012Validator, type_checker=Draft202012Validator.TYPE_CHECKER.redefine("number", _is_number))
+
+
+def load(config, schema):
+    """Return `config` with the defaults of `schema` (a path) filled in, checked.
+
+    Raises NeumatError naming the first wrong key.
+    """
+    schema = json.loads(Path(schema).read_text(encoding="utf-8"))
+    config = _fill(config, schema)
+    errors = sorted(Validator(schema).iter_errors(config), key=lambda error: error.json_path)
+    if errors:
+        raise _one_line(errors[0])
+    return config
+
+
+def source_files(sources):
+    """Return the user's own files, sorted, that the config's section `sources` asks for; none where there are none.
+
+    Raises NeumatError where a folder is needed and missing, or holds no file of the kind.
+    """
+    if sources["kind"] == "embedded":
+        return []
+    folder, suffix = sources["folder"], SUFFIXES[sources["kind"]]
+    if folder is None or not (sources["url"] or Path(folder).is_dir()):
+        raise NeumatError("config key sources.folder", f"a folder of {suffix} files", folder or "none")
+    if sources["url"]:
+        return []
+    files = sorted(str(path) for path in Path(folder).iterdir() if path.suffix.lower() == suffix)
+    if not files:
+        raise NeumatError(folder, f"{suffix} files", "none")
+    return files
+
+
+def source_count(sources):
+    """Return how many materials the config's section `sources` asks for, without reading any."""
+    found = len(sources["names"] or source_files(sources)) or PUBLISHED
+    return min(found, sources["count"] or found)
+
+
+def expectation(schema):
+    """Return in words what values `schema`, one key's, allows."""
+    if "enum" in schema:
+        return " or ".join(json.dumps(value) for value in schema["enum"])
+    types = schema["type"] if isinstance(schema["type"], list) else [schema["type"]]
+    text = " or ".join(types)
+    if "items" in schema:
+        text += f" of {expectation(schema['items'])}"
+        return text + (f", at least {schema['minItems']}" if "minItems" in schema else "")
+    signs = {"minimum": ">=", "exclusiveMinimum": ">", "maximum": "<=", "exclusiveMaximum": "<"}
+    bounds = [f"{sign} {schema[key]}" for key, sign in signs.items() if key in schema]
+    return " ".join([text, " and ".join(bounds)]).strip()
+
+
+def keys(schema, prefix=""):
+    """Yield (dotted key, its schema) for every key of `schema` that is not a section."""
+    for name, child in schema["properties"].items():
+        if "properties" in child:
+            yield from keys(child, f"{prefix}{name}.")
+        else:
+            yield f"{prefix}{name}", child
+
+
+def table(schema):
+    """Return the Markdown table of every key: what it means, its values, its default."""
+    rows = ["| key | meaning | values | default |", "|---|---|---|---|"]
+    for name, child in keys(schema):
+        default = json.dumps(child["default"])
+        rows.append(f"| `{name}` | {child['description']} | {expectation(child)} | `{default}` |")
+    return "\n".join(rows) + "\n"
+
+
+def _fill(config, schema):
+    """Return a copy of `config` with the defaults of `schema` for absent keys; a section may be left empty."""
+    if "properties" not in schema or not isinstance(config, dict | None):
+        return config
+    config = dict(config or {})
+    for name, child in schema["properties"].items():
+        if "properties" in child:
+            config[name] = _fill(config.get(name), child)
+        elif name not in config:
+            config[name] = copy.deepcopy(child["default"])
+    return config
+
+
+def _one_line(error):
+    """Return the NeumatError that says what `error` of jsonschema says, naming the key."""
+    where = ".".join(str(part) for part in error.absolute_path)
+    if error.validator == "additionalProperties":
+        known = error.schema["properties"]
+        unknown = sorted(str(name) for name in error.instance if name not in known)[0]
+        key = f"{where}.{unknown}" if where else unknown
+        return NeumatError(f"config key {key}", "one of " + ", ".join(known), "an unknown key")
+    expected = "a section" if "properties" in error.schema else expectation(error.schema)
+    return NeumatError(f"config key {where}", expected, repr(error.instance))
+
+
+if __name__ == "__main__":
+    print(table(json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))), end="")

@@ -1,0 +1,1 @@
+"""Neural fields: layout, evaluation, batched fitting, the NeuMERL store."""

@@ -1,0 +1,177 @@
+"""Fitting neural fields in batches: many materials at once, one set of directions a step.
+
+The loss is NBRDF's mean absolute logarithmic cosine difference (Sztrajman et al. 2021, eq. 2). Forward and backward
+passes are written out: at 21 units a framework's bookkeeping costs more than the arithmetic.
+"""
+
+import math
+
+import torch
+
+from neumat.brdf.coordinates import GRID, cosines, grid_angles, half_difference
+from neumat.errors import NeumatError
+from neumat.fields.layout import WIDTHS, size, unpack
+from neumat.seeds import torch_generator
+
+GROUP = 16  # materials side by side: their activations stay in the second-level cache
+HELD_OUT = 0.2
+OUTLIER = 0.25  # of what a constant reflectance loses
+
+
+class Directions:
+    """The directions of a store's entries, split 80/20 into training and held-out ones, the same for all materials.
+
+    Attributes: inputs (V, 6), cosine (V, 1) of the light, uniform (V,) weights that make a mean over entries a mean
+    over uniform angles, train and held (positions).
+    """
+
+    def __init__(self, entries, seed):
+        entries = torch.as_tensor(entries, dtype=torch.long)
+        angles = grid_angles(entries)
+        self.inputs = half_difference(*angles)
+        self.cosine = cosines(*angles)[0][:, None]
+        # The grid's theta_h axis is quadratic, so the entries of row i stand for an interval that grows with i.
+        self.uniform = 2.0 * (entries // (GRID[1] * GRID[2])).float() + 1.0
+        order = torch.randperm(len(entries), generator=torch_generator(seed, "held-out entries"))
+        held = round(HELD_OUT * len(entries))
+        self.held, self.train = order[:held], order[held:]
+
+
+def training_order(directions, config, seed):
+    """Return the positions (steps, batch) that training visits.
+
+    A share `highlight_share` of every batch goes through the grid entries in random order, epoch after epoch: the
+    grid is dense in the highlight. The rest is drawn by uniform angles.
+    """
+    steps = max(1, config["samples"] // config["batch_size"])
+    dense = round(config["highlight_share"] * config["batch_size"])
+    generator = torch_generator(seed, "training order")
+    train = directions.train
+    epochs = math.ceil(steps * dense / len(train))
+    walked = [train[torch.randperm(len(train), generator=generator)] for _ in range(epochs)]
+    parts = [torch.cat(walked)[: steps * dense].view(steps, dense)] if dense else []
+    if dense < config["batch_size"]:
+        spread = steps * (config["batch_size"] - dense)
+        cumulative = directions.uniform[train].double().cumsum(0)
+        draws = torch.rand(spread, generator=generator, dtype=torch.float64) * cumulative[-1]
+        parts.append(train[torch.searchsorted(cumulative, draws).clamp_max(len(train) - 1)].view(steps, -1))
+    return torch.cat(parts, 1)
+
+
+def learning_rate(step, steps, config):
+    """Return the learning rate at `step`: constant, or a cosine from `learning_rate` to 0."""
+    if config["schedule"] == "constant":
+        return config["learning_rate"]
+    return config["learning_rate"] * 0.5 * (1 + math.cos(math.pi * step / steps))
+
+
+def gradient(weights, widths, inputs, cosine, target, dtype):
+    """Return d loss / d weights, (K, size), of the mean |log(1 + f cos) - target| of each of K fields.
+
+    inputs (7, n): the six coordinates and a row of ones; cosine (n,); target (K, 3, n) = log(1 + f cos).
+    """
+    count, n = len(weights), inputs.shape[1]
+    (w1, b1), (w2, b2), (w3, b3) = unpack(weights, widths)
+    first = torch.cat([w1, b1[:, None]], 1).transpose(1, 2).to(dtype).contiguous()
+    second, third = w2.transpose(1, 2).to(dtype).contiguous(), w3.transpose(1, 2).to(dtype).contiguous()
+
+    hidden1 = (first.view(-1, inputs.shape[0]) @ inputs).view(count, -1, n).relu_()
+    hidden2 = torch.baddbmm(b2.to(dtype)[:, :, None], second, hidden1).relu_()
+    growth = torch.exp(torch.baddbmm(b3.to(dtype)[:, :, None], third, hidden2).float())
+    shaded = (growth - 1).mul_(cosine)
+    delta = torch.sign(torch.log1p(shaded).sub_(target))
+    delta = delta.mul_(growth).mul_(cosine).div_(shaded.add_(1)).to(dtype)
+
+    masked = torch.ops.aten.threshold_backward  # the gradient of ReLU, in one pass
+    back2 = masked(third.transpose(1, 2) @ delta, hidden2, 0)
+    back1 = masked(second.transpose(1, 2) @ back2, hidden1, 0)
+    grad1 = (back1.view(-1, n) @ inputs.T).view(count, -1, inputs.shape[0])
+    parts = [grad1[:, :, :-1].transpose(1, 2), grad1[:, :, -1]]
+    parts += [hidden1 @ back2.transpose(1, 2), back2.sum(2), hidden2 @ delta.transpose(1, 2), delta.sum(2)]
+    return torch.cat([part.flatten(1) for part in parts], 1).float() / (3 * n)
+
+
+def train(values, directions, start, config, seed, widths=WIDTHS, progress=iter):
+    """Return the fitted weights (K, size), by Adam from `start` (K, size).
+
+    values: (V, K, 3) float16, 1/sr. config: the section `fit`. `progress` wraps the range of steps.
+    """
+    dtype = getattr(torch, config["precision"])
+    order = training_order(directions, config, seed)
+    weights, mean, square = start.clone(), torch.zeros_like(start), torch.zeros_like(start)
+    rows = torch.cat([directions.inputs, torch.ones_like(directions.cosine), directions.cosine], 1)
+    flat, shape = values.flatten(1), (*values.shape[1:], config["batch_size"])
+    steps = len(order)
+    for step in progress(range(steps)):
+        *inputs, cosine = rows.index_select(0, order[step]).T
+        target = torch.log1p(flat.index_select(0, order[step]).float().T * cosine).view(shape)
+        grad = gradient(weights, widths, torch.stack(inputs).to(dtype), cosine, target, dtype)
+        mean.lerp_(grad, 0.1)
+        square.mul_(0.999).addcmul_(grad, grad, value=0.001)
+        rate = learning_rate(step, steps, config) / (1 - 0.9 ** (step + 1))
+        weights.addcdiv_(mean, (square / (1 - 0.999 ** (step + 1))).sqrt_().add_(1e-8), value=-rate)
+    return weights
+
+
+@torch.no_grad()
+def losses(weights, values, directions, positions, widths=WIDTHS, block=1 << 14):
+    """Return (over grid entries, over uniform angles, of a constant), each (K,): mean log-cosine losses.
+
+    The third is the null baseline: the loss of the best constant log(1 + f cos) of each channel, over the entries.
+    """
+    total = torch.zeros(3, len(weights), dtype=torch.float64)
+    probe = positions[: 1 << 12]
+    middle = torch.log1p(values[probe].float() * directions.cosine[probe][:, :, None]).median(0).values
+    for part in positions.split(block):
+        cosine = directions.cosine[part][:, :, None]
+        target = torch.log1p(values[part].float() * cosine)
+        x = directions.inputs[part]
+        *hidden, (kernel, bias) = unpack(weights, widths)
+        for layer_kernel, layer_bias in hidden:
+            x = torch.relu(x @ layer_kernel + layer_bias[:, None])
+        found = torch.expm1(x @ kernel + bias[:, None]).clamp_min_(0).transpose(0, 1)
+        error = (torch.log1p(found * cosine) - target).abs().mean(2)
+        total[0] += error.sum(0)
+        total[1] += (error * directions.uniform[part, None]).sum(0)
+        total[2] += (middle - target).abs().mean(2).sum(0)
+    uniform = directions.uniform[positions].double().sum()
+    return total[0] / len(positions), total[1] / uniform, total[2] / len(positions)
+
+
+def fit(values, directions, first, config, seed, widths=WIDTHS, progress=iter):
+    """Fit K materials, at most GROUP; return a dict of tensors: weights, loss_grid, loss_uniform, converged, retried.
+
+    first: (size,) weights that all start from. A fit that diverges, or loses more than OUTLIER of what a constant
+    loses, is retried from random weights; the better fit is kept and flagged, and `converged` says whether it is
+    good. Short groups are filled up, so that a material's result does not depend on its neighbours.
+    Raises NeumatError for more than GROUP materials.
+    """
+    count = values.shape[1]
+    if count > GROUP:
+        raise NeumatError("fit", f"at most {GROUP} materials at a time", count)
+    filled = torch.arange(GROUP) % count
+    values = values[:, filled].contiguous()
+    weights = train(values, directions, first.expand(GROUP, -1), config, seed, widths, progress)
+    grid, uniform, null = losses(weights, values, directions, directions.held, widths)
+    bad = ~(grid < OUTLIER * null)
+    if bad.any():
+        start = random_weights(widths, seed, "retry").expand(GROUP, -1)
+        again = train(values, directions, start, config, f"{seed}/retry", widths, progress)
+        new_grid, new_uniform, _ = losses(again, values, directions, directions.held, widths)
+        better = bad & ~(new_grid >= grid)
+        weights = torch.where(better[:, None], again, weights)
+        grid, uniform = torch.where(better, new_grid, grid), torch.where(better, new_uniform, uniform)
+    result = {
+        "weights": weights,
+        "loss_grid": grid,
+        "loss_uniform": uniform,
+        "loss_constant": null,
+        "converged": grid < OUTLIER * null,
+        "retried": bad,
+    }
+    return {key: tensor[:count] for key, tensor in result.items()}
+
+
+def random_weights(widths, seed, name):
+    """Return (size,) weights uniform in +-0.05: ten times better here than Kaiming's bounds (measured)."""
+    return torch.rand(size(widths), generator=torch_generator(seed, name)) * 0.1 - 0.05

@@ -1,0 +1,52 @@
+"""The 675-vector: how the weights of one neural field lie in it.
+
+6-21-21-3 (Sztrajman et al. 2021): W1 (6, 21) row-major with kernels (in, out), b1 (21), W2 (21, 21), b2 (21),
+W3 (21, 3), b3 (3). The same order for every width of field that this package fits.
+"""
+
+from itertools import pairwise
+
+import torch
+
+from neumat.augment.permutations import channel_order
+from neumat.errors import NeumatError
+
+WIDTHS = (6, 21, 21, 3)
+
+
+def size(widths=WIDTHS):
+    """Return the number of weights and biases of a multilayer perceptron of these widths."""
+    return sum(a * b + b for a, b in pairwise(widths))
+
+
+SIZE = size()
+
+
+def unpack(weights, widths=WIDTHS):
+    """Return [(W (..., in, out), b (..., out)), ...], views into `weights` (..., size).
+
+    Raises NeumatError where the last dimension does not hold these widths.
+    """
+    if weights.shape[-1] != size(widths):
+        raise NeumatError("weights", f"{size(widths)} numbers for widths {widths}", weights.shape[-1])
+    layers, at = [], 0
+    for a, b in pairwise(widths):
+        kernel = weights[..., at : at + a * b].unflatten(-1, (a, b))
+        at += a * b
+        layers.append((kernel, weights[..., at : at + b]))
+        at += b
+    return layers
+
+
+def permutation_indices(permutation, widths=WIDTHS):
+    """Return the (size,) gather indices that permute a field's colour channels: "gbr" puts G into R's place."""
+    order = torch.tensor(channel_order(permutation))
+    indices = torch.arange(size(widths))
+    kernel, bias = unpack(indices, widths)[-1]
+    kernel[:], bias[:] = kernel[:, order].clone(), bias[order].clone()
+    return indices
+
+
+def permute_channels(weights, permutation, widths=WIDTHS):
+    """Return the weights (..., size) of the field whose output channels are permuted: exact, no refit."""
+    return weights[..., permutation_indices(permutation, widths).to(weights.device)]

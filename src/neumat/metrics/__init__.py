@@ -1,0 +1,1 @@
+"""Distances between materials and between sets of materials."""

@@ -1,0 +1,52 @@
+"""The scores of one method under one protocol: every set metric on every distance, draw by draw."""
+
+import pandas as pd
+
+from neumat.errors import NeumatError
+from neumat.metrics import frechet
+from neumat.metrics.distances import DISTANCES, distance_table
+from neumat.metrics.materials import union
+from neumat.metrics.sets import cov, mmd, one_nna
+
+COLUMNS = ["method", "protocol", "draw", "metric", "distance", "value", "n_ref", "n_samples"]
+PERCENT = 100
+
+
+def score(reference, samples, draws, method, protocol, distances=tuple(DISTANCES), features=frechet.features):
+    """Return the scores of `samples`, cut into `draws` consecutive sets of equal size, as a DataFrame with COLUMNS.
+
+    reference, samples: MaterialSet. Per draw: mmd in the distance's own unit, cov and one_nna in percent, for every
+    named distance; the Frechet and kernel distances of the pictures' `features` (None leaves them out), for which a
+    broken material counts with whatever was drawn of it; and `nonfinite`, the number of broken samples.
+    Raises NeumatError where the draws don't divide the samples.
+    """
+    size, rest = divmod(len(samples), draws)
+    if rest or not size:
+        raise NeumatError(f"samples of {method}", f"a multiple of {draws}, the number of draws", len(samples))
+    of_reference = features(reference.images) if features else None
+    rows = []
+    for draw in range(draws):
+        part = samples[draw * size : (draw + 1) * size]
+        results = _set_metrics(reference, part, distances)
+        results.append(("nonfinite", "none", int((~part.finite).sum())))
+        if features:
+            of_part = features(part.images)
+            results.append((frechet.FRECHET, "features", frechet.frechet(of_reference, of_part)))
+            results.append((frechet.KID, "features", frechet.kid(of_reference, of_part)))
+        rows += [(method, protocol, draw, *result, len(reference), size) for result in results]
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def _set_metrics(reference, samples, distances):
+    r = len(reference)
+    both = union(reference, samples)
+    results = []
+    for name in distances:
+        table = distance_table(name, both)
+        between = table[:r, r:]
+        results += [
+            ("mmd", name, mmd(between)),
+            ("cov", name, PERCENT * cov(between)),
+            ("one_nna", name, PERCENT * one_nna(between, table[:r, :r], table[r:, r:])),
+        ]
+    return results

@@ -1,0 +1,85 @@
+"""The stages of evaluation: from the stores and the files of samples to rows of scores and of novelty."""
+
+import h5py
+import numpy as np
+import torch
+
+from neumat.augment.manifest import protocol_indices, read_manifest
+from neumat.brdf.coordinates import grid_angles
+from neumat.brdf.sources import read_sources
+from neumat.errors import NeumatError
+from neumat.fields.field import evaluate
+from neumat.fields.store import read_neumerl
+from neumat.metrics.materials import MaterialSet, metric_entries
+from neumat.metrics.novelty import novelty
+from neumat.metrics.score import score
+from neumat.render.sphere import FrozenSphere, render_fields
+from neumat.render.tables import render_combinations, table_matrix
+from neumat.seeds import numpy_generator
+
+TRAINING_SET = "training-set"
+
+
+class Protocol:
+    """One protocol's materials, and how samples become MaterialSets beside them.
+
+    neumerl, manifest, sources: paths. entries: how many metric entries; size: of the pictures, pixels.
+    Attributes: weights (2400, 675) of all materials; train, reference: indices into them.
+    """
+
+    def __init__(self, name, neumerl, manifest, sources, entries, size, seed):
+        self.name, self.seed = name, seed
+        self.train, self.reference = protocol_indices(read_manifest(manifest), name)
+        self.weights = read_neumerl(neumerl).weights
+        self.store = read_sources(sources)
+        self.entries = metric_entries(self.store.entries, entries, seed)
+        self.frozen = FrozenSphere(size)
+
+    def fields(self, weights, pictures=True):
+        """Return the MaterialSet of neural fields, weights (n, 675)."""
+        brdf = evaluate(weights, *grid_angles(self.entries))
+        return MaterialSet(self.entries, brdf, render_fields(self.frozen, weights) if pictures else None)
+
+    def materials(self, indices, pictures=True):
+        """Return the MaterialSet of some of the 2400 materials."""
+        return self.fields(self.weights[torch.as_tensor(indices)], pictures)
+
+    def combinations(self, coefficients, pictures=True):
+        """Return the MaterialSet of tables, given as coefficients (n, 3, 3N) of the sources' columns."""
+        matrix, used = table_matrix(self.frozen, self.store.entries)
+        positions = np.searchsorted(self.store.entries, self.entries)
+        tables = [torch.from_numpy(self.store.table(i)) for i in range(self.store.n)]
+        values = torch.cat([table[positions] for table in tables], 1)
+        brdf = (coefficients @ values.T).clamp_min(0).transpose(1, 2)
+        queries = torch.cat([matrix @ table[used] for table in tables], 1)
+        images = render_combinations(self.frozen, queries, coefficients) if pictures else None
+        return MaterialSet(self.entries, brdf.contiguous(), images)
+
+    def samples(self, path, pictures=True):
+        """Return the MaterialSet of a file of samples. Raises NeumatError for another file."""
+        try:
+            with h5py.File(path) as file:
+                values, kind = torch.from_numpy(file["samples"][:]), file.attrs["kind"]
+        except (OSError, KeyError) as error:
+            raise NeumatError(path, "a file of samples (HDF5)", error) from error
+        return self.fields(values, pictures) if kind == "weights" else self.combinations(values, pictures)
+
+    def training_draws(self, draws, size):
+        """Return the MaterialSet of `draws` sets of `size` training materials, each drawn without replacement."""
+        chosen = [
+            numpy_generator(self.seed, TRAINING_SET, self.name, draw).permutation(self.train)[:size]
+            for draw in range(draws)
+        ]
+        return self.materials(np.concatenate(chosen))
+
+
+def score_method(protocol, method, samples_path, draws, size):
+    """Return the rows of scores and the rows of novelty of one method; `training-set` needs no samples."""
+    if method == TRAINING_SET:
+        samples = protocol.training_draws(draws, size)
+    else:
+        samples = protocol.samples(samples_path)
+    reference = protocol.materials(protocol.reference)
+    training = protocol.materials(protocol.train, pictures=False)
+    scores = score(reference, samples, draws, method, protocol.name)
+    return scores, novelty(reference, samples, training, method, protocol.name)

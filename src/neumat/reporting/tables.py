@@ -1,0 +1,116 @@
+"""The tables: scores averaged over draws with their intervals, beside the published figures, and novelty."""
+
+from importlib import resources
+
+import numpy as np
+import pandas as pd
+
+from neumat.metrics.novelty import novelty_summary
+from neumat.seeds import numpy_generator
+
+# The rows' order and names; a method that is not listed comes last, under its own name.
+LABELS = {
+    "training-set": "training set",
+    "hyperdiffusion": "hyperdiffusion (M3ashy)",
+    "pca-a": "PCA-A",
+    "pca-n": "PCA-N",
+    "vae-a": "VAE-A",
+    "vae-n": "VAE-N",
+    "merl100": "MERL100",
+    "copies": "null: copies",
+    "noisy-copies": "null: copies + noise",
+    "interpolations": "null: interpolations",
+}
+_TITLES = {
+    "one_nna": "1-NNA, % (50 is best)",
+    "cov": "COV, % (higher is better)",
+    "mmd": "MMD (lower is better)",
+}
+_KEYS = ["method", "protocol", "metric", "distance", "n_ref", "n_samples"]
+
+
+def published():
+    """Return M3ashy's Table 2: method, metric, distance, value, comparable (False: other units or other features)."""
+    with resources.files("neumat.reporting").joinpath("data/m3ashy_table2.csv").open() as file:
+        return pd.read_csv(file)
+
+
+def table2(score_csvs, seed=0, resamples=1000):
+    """Return method, protocol, metric, distance, value, low, high, n_ref, n_samples from score files.
+
+    value is the mean over the draws, low and high its 95 % bootstrap interval over the draws (percentile, `resamples`):
+    it holds the chance of sampling, not that of which materials were held out. Rows keep the order of the files.
+    """
+    scores = pd.concat([pd.read_csv(path) for path in score_csvs], ignore_index=True)
+    rows = []
+    for keys, group in scores.groupby(_KEYS, sort=False):
+        values = group["value"].to_numpy(float)
+        generator = numpy_generator(seed, "bootstrap", *keys)
+        means = values[generator.integers(0, len(values), (resamples, len(values)))].mean(1)
+        # By order, not by interpolation: that of two infinite values is not a number.
+        low, high = np.quantile(means, [0.025, 0.975], method="nearest")
+        rows.append((*keys[:4], values.mean(), low, high, *keys[4:]))
+    return pd.DataFrame(rows, columns=[*_KEYS[:4], "value", "low", "high", *_KEYS[4:]])
+
+
+def table2_markdown(table):
+    """Return `table2`'s frame as Markdown: per protocol and metric, methods down, distances across.
+
+    A cell is `value [low, high]`; under `parity` the published figure follows in parentheses where there is one.
+    """
+    lines = []
+    for protocol, part in table.groupby("protocol", sort=False):
+        sizes = ", ".join(
+            f"{r} held-out against {s} samples" for r, s in part[["n_ref", "n_samples"]].drop_duplicates().to_numpy()
+        )
+        lines += [f"## {protocol}", "", f"{sizes}; mean over draws [95 % interval over draws]"]
+        lines[-1] += "; (M3ashy's Table 2).\n" if protocol == "parity" else ".\n"
+        figures = published() if protocol == "parity" else published().iloc[:0]
+        broken = part[(part["metric"] == "nonfinite") & (part["value"] > 0)]
+        part = part[part["metric"] != "nonfinite"]
+        for metric in [*_TITLES, None]:
+            shown = part[part["metric"] == metric] if metric else part[~part["metric"].isin(_TITLES)]
+            if len(shown):
+                lines += [f"### {_TITLES.get(metric, 'Features of the pictures (lower is better)')}", ""]
+                lines += _grid(shown, figures, "distance" if metric else "metric", percent=metric in ("cov", "one_nna"))
+        lines += [
+            f"{_label(row.method)}: {row.value:.3g} samples a draw were not finite." for row in broken.itertuples()
+        ]
+        if len(figures):
+            lines += [
+                "The published MMD on BRDF-L1 (in raw MERL counts) and FID (64 Inception features) are in other units: "
+                "not shown.",
+                "",
+            ]
+    return "\n".join(lines)
+
+
+def novelty_table(novelty_csvs):
+    """Return `neumat.metrics.novelty.novelty_summary` over several files of novelty rows."""
+    return novelty_summary(pd.concat([pd.read_csv(path) for path in novelty_csvs], ignore_index=True))
+
+
+def _grid(rows, figures, across, percent):
+    """Return the Markdown lines of one table: methods down, the values of column `across` across."""
+    columns = list(dict.fromkeys(rows[across]))
+    present = list(dict.fromkeys(rows["method"]))
+    methods = [name for name in LABELS if name in present] + [name for name in present if name not in LABELS]
+    known = figures[figures["comparable"]].set_index(["method", "metric", "distance"])["value"].to_dict()
+    cells = {
+        (row.method, getattr(row, across)): _cell(row, known.get((row.method, row.metric, row.distance)), percent)
+        for row in rows.itertuples()
+    }
+    lines = ["| method | " + " | ".join(columns) + " |", "|---" * (len(columns) + 1) + "|"]
+    for method in methods:
+        lines.append(f"| {_label(method)} | " + " | ".join(cells.get((method, c), "") for c in columns) + " |")
+    return [*lines, ""]
+
+
+def _cell(row, figure, percent):
+    form = ".1f" if percent else ".3g"
+    text = f"{row.value:{form}} [{row.low:{form}}, {row.high:{form}}]"
+    return text if figure is None else f"{text} ({figure:{form}})"
+
+
+def _label(method):
+    return LABELS.get(method, method)

@@ -1,0 +1,41 @@
+"""What every script of the workflow does around its work: log, threads, one-line errors."""
+
+import contextlib
+import functools
+import logging
+import sys
+
+import torch
+from threadpoolctl import threadpool_limits
+from tqdm import tqdm
+
+from neumat.errors import NeumatError
+
+progress = functools.partial(tqdm, disable=None)  # a bar where a terminal is attached, else nothing
+
+
+@contextlib.contextmanager
+def stage(snakemake):
+    """Run one job's script: logging goes to its log file and to stderr.
+
+    A NeumatError ends in one line and exit code 1; any other exception leaves its traceback in the log as well. The
+    number of threads is the rule's own (`params.torch_threads`, 1 without it) and not what the scheduler grants:
+    results must not depend on the cores.
+    """
+    threads = snakemake.params.get("torch_threads", 1)
+    torch.set_num_threads(threads)
+    logging.basicConfig(
+        level=logging.INFO,
+        format=f"%(asctime)s {snakemake.rule}: %(message)s",
+        datefmt="%H:%M:%S",
+        handlers=[logging.FileHandler(snakemake.log[0], mode="w"), logging.StreamHandler()],
+    )
+    with threadpool_limits(threads):
+        try:
+            yield
+        except NeumatError as error:
+            logging.error("%s", error)
+            sys.exit(1)
+        except Exception:
+            logging.exception("failed")
+            sys.exit(1)

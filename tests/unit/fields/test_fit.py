@@ -1,0 +1,87 @@
+import pytest
+import torch
+
+from neumat.brdf.analytic import GGX
+from neumat.brdf.coordinates import above_horizon, grid_angles
+from neumat.fields.field import evaluate_inputs, log_reflectance
+from neumat.fields.fit import Directions, fit, gradient, learning_rate, losses, random_weights, training_order
+from neumat.fields.layout import WIDTHS, size
+
+CONFIG = {
+    "samples": 100_000,
+    "batch_size": 256,
+    "learning_rate": 5e-3,
+    "schedule": "cosine",
+    "precision": "float32",
+    "highlight_share": 0.75,
+}
+
+
+@pytest.fixture(scope="module")
+def problem():
+    entries = torch.nonzero(above_horizon())[::23, 0]
+    angles = grid_angles(entries)
+    materials = [GGX(alpha, f0) for alpha, f0 in ((0.5, (0.9, 0.6, 0.3)), (0.3, (0.04,) * 3), (0.8, (0.5,) * 3))]
+    values = torch.stack([material.eval(*angles) for material in materials], 1).half()
+    return Directions(entries, 0), values, random_weights(WIDTHS, 0, "first")
+
+
+@pytest.mark.parametrize("widths", [WIDTHS, (6, 8, 8, 3)])
+def test_gradient_is_that_of_the_loss(widths):
+    generator = torch.Generator().manual_seed(2)
+    weights = (torch.randn(3, size(widths), generator=generator) * 0.3).requires_grad_()
+    x, cosine = torch.randn(50, 6, generator=generator), torch.rand(50, generator=generator)
+    target = torch.rand(3, 3, 50, generator=generator)
+    found = torch.log1p(torch.expm1(log_reflectance(weights, x, widths)) * cosine[:, None]).transpose(1, 2)
+    (found - target).abs().mean((1, 2)).sum().backward()
+    inputs = torch.cat([x, torch.ones(50, 1)], 1).T.contiguous()
+    grad = gradient(weights.detach(), widths, inputs, cosine, target, torch.float32)
+    torch.testing.assert_close(grad, weights.grad, rtol=1e-3, atol=1e-6)
+
+
+def test_a_fit_learns_what_a_constant_cannot(problem):
+    directions, values, first = problem
+    result = fit(values, directions, first, CONFIG, 0)
+    assert (result["loss_grid"] < 0.25 * result["loss_constant"]).all()
+    assert result["converged"].all()
+    assert not result["retried"].any()
+
+
+def test_a_result_does_not_depend_on_its_neighbours(problem):
+    directions, values, first = problem
+    short = CONFIG | {"samples": 5_000}
+    together = fit(values, directions, first, short, 0)["weights"]
+    alone = fit(values[:, 1:2], directions, first, short, 0)["weights"]
+    assert torch.equal(together[1:2], alone)
+
+
+def test_a_diverging_fit_is_retried_and_flagged(problem):
+    directions, values, first = problem
+    broken = torch.full_like(first, float("nan"))
+    result = fit(values, directions, broken, CONFIG | {"samples": 20_000}, 0)
+    assert result["retried"].all()
+    assert result["weights"].isfinite().all()
+
+
+def test_losses_of_the_exact_field_are_zero(problem):
+    directions, _, _ = problem
+    weights = torch.randn(2, size(), generator=torch.Generator().manual_seed(5)) * 0.2
+    values = evaluate_inputs(weights, directions.inputs).permute(1, 0, 2)
+    grid, uniform, constant = losses(weights, values, directions, directions.held)
+    assert grid.max() < 1e-6
+    assert uniform.max() < 1e-6
+    assert (constant > 1e-3).all()
+
+
+def test_training_never_sees_the_held_out_entries(problem):
+    directions, _, _ = problem
+    order = training_order(directions, CONFIG, 0)
+    assert order.shape == (CONFIG["samples"] // 256, 256)
+    assert not set(order.flatten().tolist()) & set(directions.held.tolist())
+    assert len(directions.held) == round(0.2 * len(directions.inputs))
+
+
+def test_cosine_schedule_ends_at_zero():
+    rates = [learning_rate(step, 100, CONFIG) for step in (0, 50, 100)]
+    assert rates == pytest.approx([5e-3, 2.5e-3, 0])
+    assert learning_rate(99, 100, CONFIG | {"schedule": "constant"}) == 5e-3

@@ -1,0 +1,117 @@
+import numpy as np
+import pandas as pd
+import pytest
+
+from neumat.errors import NeumatError
+from neumat.reporting.run_table import run_table
+from neumat.reporting.tables import LABELS, novelty_table, published, table2, table2_markdown
+
+
+@pytest.fixture
+def score_files(tmp_path):
+    def write(protocol, method, level):
+        rng = np.random.default_rng(0)
+        rows = []
+        for draw in range(10):
+            for metric, distance in [("mmd", "rmse"), ("cov", "rmse"), ("one_nna", "rmse"), ("one_nna", "msl")]:
+                rows.append((method, protocol, draw, metric, distance, level + rng.normal(), 120, 120))
+            rows.append((method, protocol, draw, "nonfinite", "none", float(level == 90), 120, 120))
+            rows.append((method, protocol, draw, "KID-X", "features", 0.1, 120, 120))
+        columns = ["method", "protocol", "draw", "metric", "distance", "value", "n_ref", "n_samples"]
+        path = tmp_path / f"{protocol}-{method}.csv"
+        pd.DataFrame(rows, columns=columns).to_csv(path, index=False)
+        return path
+
+    methods = {"vae-a": 90, "training-set": 50, "hyperdiffusion": 60, "mine": 70}
+    return [write(p, m, level) for p in ("parity", "grouped") for m, level in methods.items()]
+
+
+def test_mean_and_interval_over_draws(score_files):
+    table = table2(score_files)
+    assert list(table) == ["method", "protocol", "metric", "distance", "value", "low", "high", "n_ref", "n_samples"]
+    row = table[(table.method == "hyperdiffusion") & (table.metric == "mmd")].iloc[0]
+    draws = pd.read_csv(score_files[2]).query("metric == 'mmd'").value
+    assert row.value == pytest.approx(draws.mean())
+    # A bootstrap interval of a mean of 10 is about the normal one, less the sqrt(9 / 10) of its biased variance.
+    half = 1.96 * draws.std() * (9 / 10) ** 0.5 / 10**0.5
+    assert row.high - row.low == pytest.approx(2 * half, rel=0.15)
+    assert row.low < row.value < row.high
+    pd.testing.assert_frame_equal(table, table2(score_files))
+    # A row's interval depends on no other row.
+    alone = table2(score_files[:1])
+    pd.testing.assert_frame_equal(alone, table.iloc[: len(alone)])
+
+
+def test_infinite_draws_stay_infinite(score_files):
+    scores = pd.read_csv(score_files[0])
+    scores.loc[scores.metric == "mmd", "value"] = np.inf
+    scores.to_csv(score_files[0], index=False)
+    row = table2(score_files[:1]).query("metric == 'mmd'").iloc[0]
+    assert row.value == row.low == row.high == np.inf
+
+
+def test_markdown_puts_published_figures_beside_parity_only(score_files):
+    text = table2_markdown(table2(score_files))
+    parity, grouped = text.split("## grouped")
+    cell = next(line for line in parity.splitlines() if line.startswith("| hyperdiffusion") and "(60.0)" in line)
+    assert cell.count("|") == 4  # the method, rmse with the published figure, msl without one
+    assert "(60.0)" not in grouped and "M3ashy's Table 2" not in grouped
+    rows = [line.split("|")[1].strip() for line in parity.splitlines() if line.startswith("| ")]
+    assert rows[1:5] == ["training set", "hyperdiffusion (M3ashy)", "VAE-A", "mine"]
+    assert "VAE-A: 1 samples a draw were not finite." in parity
+    assert "KID-X" in parity
+
+
+def test_published_figures():
+    facts = published()
+    assert len(facts) == 7 * 13 and set(facts.method) <= set(LABELS)
+    value = facts.set_index(["method", "metric", "distance"]).value
+    assert value["hyperdiffusion", "one_nna", "brdf_l1"] == 80
+    assert value["training-set", "mmd", "rmse"] == 0.0754
+    assert value["vae-a", "mmd", "neg_ssim"] == -0.268
+    assert value["merl100", "cov", "neg_ssim"] == 22.5
+
+
+def test_novelty_table_joins_files(tmp_path):
+    rows = pd.DataFrame(
+        {
+            "method": "m",
+            "protocol": "p",
+            "set": ["held-out"] * 20 + ["samples"] * 4,
+            "item": [*range(20), *range(4)],
+            "distance": "msl",
+            "value": [*range(1, 21), 0, 1.5, 5, np.inf],
+            "nearest": 0,
+        }
+    )
+    rows.to_csv(tmp_path / "a.csv", index=False)
+    rows.assign(method="n").to_csv(tmp_path / "b.csv", index=False)
+    table = novelty_table([tmp_path / "a.csv", tmp_path / "b.csv"])
+    assert table.method.tolist() == ["m", "n"]
+    # Threshold: the 5 % quantile of 1..20, which is 1.95; of the samples 0 and 1.5 lie below.
+    assert table.threshold[0] == pytest.approx(1.95) and table.near_copies_percent[0] == 50
+    assert (table["median"][0], table.held_out_median[0]) == (3.25, 10.5)
+
+
+HEADER = "s\th:m:s\tmax_rss\tmax_vms\tmax_uss\tmax_pss\tio_in\tio_out\tmean_load\tcpu_time\n"
+
+
+def test_run_table(tmp_path):
+    (tmp_path / "fit").mkdir()
+    (tmp_path / "sources.tsv").write_text(HEADER + "2.5\t0:00:02\t100.5\t1\t1\t1\t0\t0\t90\t2.0\n")
+    (tmp_path / "fit" / "1-of-2.tsv").write_text(HEADER + "10\t0:00:10\t300\t1\t1\t1\t0\t0\t90\t9.5\n")
+    (tmp_path / "fit" / "2-of-2.tsv").write_text(HEADER + "0.1\t0:00:00\t-\t-\t-\t-\t-\t-\t-\tNA\n")
+    table = run_table(tmp_path).set_index(["stage", "job"])
+    assert table.loc[("sources", "sources"), "wall_s"] == 2.5
+    assert table.loc[("fit", "2-of-2")].isna().tolist() == [False, True, True]
+    assert table.loc[("fit", "total")].tolist() == [10.1, 9.5, 300]
+    assert table.loc[("run", "total")].tolist() == [12.6, 11.5, 300]
+    assert ("sources", "total") not in table.index
+
+
+def test_run_table_refuses_other_files(tmp_path):
+    with pytest.raises(NeumatError, match="benchmark"):
+        run_table(tmp_path)
+    (tmp_path / "a.tsv").write_text("name\tvalue\n")
+    with pytest.raises(NeumatError, match=r"a\.tsv"):
+        run_table(tmp_path)
