@@ -1,0 +1,1 @@
+"""Renderers: frozen samples for metrics, Mitsuba for people."""
