@@ -62,9 +62,7 @@ def directions(theta_h, theta_d, phi_d):
         [torch.sin(theta_d) * torch.cos(phi_d), torch.sin(theta_d) * torch.sin(phi_d), torch.cos(theta_d)], dim=-1
     )
     sin_h, cos_h = torch.sin(theta_h), torch.cos(theta_h)
-    wi = torch.stack(
-        [cos_h * d[..., 0] + sin_h * d[..., 2], d[..., 1], cos_h * d[..., 2] - sin_h * d[..., 0]], dim=-1
-    )
+    wi = torch.stack([cos_h * d[..., 0] + sin_h * d[..., 2], d[..., 1], cos_h * d[..., 2] - sin_h * d[..., 0]], dim=-1)
     h = torch.stack([sin_h, torch.zeros_like(sin_h), cos_h], dim=-1)
     wo = 2 * (wi * h).sum(-1, keepdim=True) * h - wi
     return wi, wo

@@ -30,7 +30,8 @@ SWEEP = {
 
 def variants(default):
     """Return [(family, label, config, width)]: the default, one change at a time, and the papers' schedule."""
-    found = [("default", "default", default, 21)]
+    name = f"{default['samples'] / 1e6:.3g} M, {default['schedule']}, {default['precision']}"
+    found = [("default", name, default, 21)]
     for key, values in SWEEP.items():
         for value in values:
             if key == "width":

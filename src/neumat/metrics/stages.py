@@ -5,7 +5,7 @@ import numpy as np
 import torch
 
 from neumat.augment.manifest import protocol_indices, read_manifest
-from neumat.brdf.coordinates import grid_angles
+from neumat.brdf.coordinates import GRID, grid_angles
 from neumat.brdf.sources import read_sources
 from neumat.errors import NeumatError
 from neumat.fields.field import evaluate
@@ -44,25 +44,33 @@ class Protocol:
         """Return the MaterialSet of some of the 2400 materials."""
         return self.fields(self.weights[torch.as_tensor(indices)], pictures)
 
-    def combinations(self, coefficients, pictures=True):
-        """Return the MaterialSet of tables, given as coefficients (n, 3, 3N) of the sources' columns."""
+    def combinations(self, coefficients, pictures=True, stride=1):
+        """Return the MaterialSet of tables, given as coefficients (n, 3, 3N) of the sources' columns.
+
+        stride: 2 for tables of 45 x 45 x 90, read as M3ashy does by their nearest lower entry (its appendix C.4).
+        """
         matrix, used = table_matrix(self.frozen, self.store.entries)
-        positions = np.searchsorted(self.store.entries, self.entries)
-        tables = [torch.from_numpy(self.store.table(i)) for i in range(self.store.n)]
-        values = torch.cat([table[positions] for table in tables], 1)
-        brdf = (coefficients @ values.T).clamp_min(0).transpose(1, 2)
-        queries = torch.cat([matrix @ table[used] for table in tables], 1)
-        images = render_combinations(self.frozen, queries, coefficients) if pictures else None
-        return MaterialSet(self.entries, brdf.contiguous(), images)
+        held = coarse_positions(self.store.entries, stride)
+        positions, used = held[np.searchsorted(self.store.entries, self.entries)], held[used]
+        values, queries = [], []
+        for i in range(self.store.n):
+            table = torch.from_numpy(self.store.table(i))
+            values.append(table[positions])
+            if pictures:
+                queries.append(matrix @ table[used])
+        brdf = (coefficients @ torch.cat(values, 1).T).clamp_min(0).transpose(1, 2).contiguous()
+        images = render_combinations(self.frozen, torch.cat(queries, 1), coefficients) if pictures else None
+        return MaterialSet(self.entries, brdf, images)
 
     def samples(self, path, pictures=True):
         """Return the MaterialSet of a file of samples. Raises NeumatError for another file."""
         try:
             with h5py.File(path) as file:
                 values, kind = torch.from_numpy(file["samples"][:]), file.attrs["kind"]
+                stride = int(file.attrs["stride"])
         except (OSError, KeyError) as error:
             raise NeumatError(path, "a file of samples (HDF5)", error) from error
-        return self.fields(values, pictures) if kind == "weights" else self.combinations(values, pictures)
+        return self.fields(values, pictures) if kind == "weights" else self.combinations(values, pictures, stride)
 
     def training_draws(self, draws, size):
         """Return the MaterialSet of `draws` sets of `size` training materials, each drawn without replacement."""
@@ -71,6 +79,17 @@ class Protocol:
             for draw in range(draws)
         ]
         return self.materials(np.concatenate(chosen))
+
+
+def coarse_positions(entries, stride):
+    """Return (V,): for each entry the position of the one that stands for it on a grid of every stride-th entry.
+
+    That is the entry at its indices rounded down to multiples of `stride`; where it is invalid, the entry itself.
+    """
+    i, j, k = (index - index % stride for index in np.unravel_index(entries, GRID))
+    below = np.ravel_multi_index((i, j, k), GRID)
+    positions = np.searchsorted(entries, below)
+    return np.where(entries[positions] == below, positions, np.arange(len(entries)))
 
 
 def score_method(protocol, method, samples_path, draws, size):

@@ -1,0 +1,61 @@
+"""The training side of a protocol, from the stores."""
+
+import numpy as np
+import torch
+
+from neumat.augment.manifest import protocol_indices, read_manifest
+from neumat.augment.pca import projection
+from neumat.augment.permutations import PERMUTATIONS, channel_order
+from neumat.brdf.coordinates import GRID
+from neumat.brdf.sources import CHUNK, read_sources
+from neumat.fields.store import read_neumerl
+from neumat.generative.base import Dataset
+
+
+def training_dataset(neumerl, manifest, sources, protocol, components, model):
+    """Return the Dataset of `protocol` for the class `model`: with coefficients and gram where it models tables.
+
+    neumerl, manifest, sources: paths. components: of the PCA space in which the blends were made.
+    """
+    rows = read_manifest(manifest)
+    train, _ = protocol_indices(rows, protocol)
+    rows = rows.iloc[train]
+    weights = read_neumerl(neumerl).weights[torch.as_tensor(train)]
+    permutation = rows["permutation"].map(PERMUTATIONS.index).to_numpy()
+    is_source = (rows["parent_a"] == rows["parent_b"]).to_numpy()
+    base = train // len(PERMUTATIONS)
+    if model.kind == "weights":
+        return Dataset(weights, base, permutation, is_source)
+    store = read_sources(sources)
+    full = grid_gram(store, 1)
+    table = coefficients(rows, store.names, projection(full, components)[0])
+    gram = full if model.stride == 1 else grid_gram(store, model.stride)
+    return Dataset(weights, base, permutation, is_source, table, gram)
+
+
+def coefficients(rows, names, projected):
+    """Return (n, 3, 3N) float32: the channels of the manifest's `rows` as combinations of the N sources' columns.
+
+    projected: (3N, 3N), the projection of each column that blends are made of; sources stay as measured. That
+    blends take the projection's few negative entries as 0 is left out.
+    """
+    number = {name: i for i, name in enumerate(names)}
+    a, b = (rows[parent].map(number).to_numpy() for parent in ("parent_a", "parent_b"))
+    measured = np.eye(len(projected), dtype=np.float32).reshape(len(names), 3, -1)
+    projected = projected.astype(np.float32).reshape(len(names), 3, -1)
+    weight = rows["weight"].to_numpy(np.float32)[:, None, None]
+    blends = weight * projected[a] + (1 - weight) * projected[b]
+    plain = np.where((a == b)[:, None, None], measured[a], blends)
+    order = np.array([channel_order(permutation) for permutation in rows["permutation"]])
+    return np.take_along_axis(plain, order[:, :, None], axis=1)
+
+
+def grid_gram(store, stride):
+    """Return the inner products (3N, 3N), float64, of the source columns over every stride-th entry of each axis."""
+    theta_h, theta_d, phi_d = np.unravel_index(store.entries, GRID)
+    kept = (theta_h % stride == 0) & (theta_d % stride == 0) & (phi_d % stride == 0)
+    total = np.zeros((3 * store.n, 3 * store.n))
+    for start in range(0, len(store.entries), CHUNK[1]):
+        block = store.column_block(start, start + CHUNK[1])[:, kept[start : start + CHUNK[1]]].astype(np.float64)
+        total += block @ block.T
+    return total

@@ -1,0 +1,141 @@
+"""Diffusion over the weight vectors of neural fields (Erkoc et al. 2023; M3ashy's unconditional model)."""
+
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+import torch
+
+from neumat.augment.permutations import PERMUTATIONS
+from neumat.errors import NeumatError
+from neumat.fields.layout import permute_channels
+from neumat.generative.base import GenerativeModel
+from neumat.generative.denoisers import DENOISERS
+from neumat.generative.samplers import EVALUATIONS, SAMPLERS
+from neumat.generative.schedule import (
+    Denoiser,
+    karras_sigmas,
+    linear_sigmas,
+    lognormal_sigmas,
+    loguniform_sigmas,
+)
+from neumat.generative.training import device, seeded, train
+from neumat.generative.whitening import Coordinates
+from neumat.seeds import torch_generator
+
+SAMPLE_BATCH = 1024
+NOISE = ("lognormal", "loguniform", "linear")
+
+
+@dataclass(kw_only=True)
+class HyperDiffusion(GenerativeModel):
+    """A denoiser of weight vectors in fitted coordinates, and a sampler.
+
+    denoiser, network: a name in DENOISERS and its keyword arguments. components, metric, power: see Coordinates.
+    preconditioning: a name in PRECONDITIONINGS. noise: "lognormal" levels (log_mean, log_std), "loguniform" ones
+    (sigma_min, sigma_max), both sampled at Karras's levels, or "linear", the mended 100-step beta schedule.
+    blend: largest weight of a second training material mixed into each example, in the coordinates; permute:
+    channels permuted at random. steps, batch, lr, lr_end, warmup, ema, weight_decay, precision: see train.
+    sampler: a name in SAMPLERS; nfe: evaluations of the denoiser a sample.
+    """
+
+    denoiser: str = "mlp"
+    network: dict = field(default_factory=dict)
+    components: int = 256
+    metric: str = "variance"
+    power: float = 1.0
+    preconditioning: str = "edm"
+    noise: str = "loguniform"
+    log_mean: float = -0.5
+    log_std: float = 1.4
+    sigma_min: float = 0.01
+    sigma_max: float = 40.0
+    blend: float = 0.0
+    permute: bool = False
+    steps: int = 5000
+    batch: int = 512
+    lr: float = 1e-3
+    lr_end: float = 1e-5
+    warmup: int = 200
+    ema: float = 0.999
+    weight_decay: float = 0.0
+    precision: str = "auto"
+    sampler: str = "heun"
+    nfe: int = 50
+
+    def __post_init__(self):
+        for name, value, known in (
+            ("denoiser", self.denoiser, DENOISERS),
+            ("sampler", self.sampler, SAMPLERS),
+            ("noise", self.noise, NOISE),
+        ):
+            if value not in known:
+                raise NeumatError(name, f"one of {', '.join(known)}", value)
+
+    def _denoiser(self, size, seed=0):
+        try:
+            with seeded(seed, "initial weights"):
+                network = DENOISERS[self.denoiser](size, **self.network)
+        except TypeError as error:
+            raise NeumatError(f"network of {self.denoiser}", "its own arguments", error) from error
+        return Denoiser(network.to(device()), self.preconditioning)
+
+    def _training_levels(self, generator):
+        if self.noise == "lognormal":
+            return lognormal_sigmas(self.batch, self.log_mean, self.log_std, generator)
+        if self.noise == "loguniform":
+            return loguniform_sigmas(self.batch, self.sigma_min, self.sigma_max, generator)
+        levels = linear_sigmas()
+        return levels[torch.randint(len(levels), (self.batch,), generator=generator)]
+
+    def _sampling_levels(self):
+        steps = max(2, self.nfe // EVALUATIONS[self.sampler])
+        if self.noise == "linear":
+            levels = linear_sigmas().flip(0)
+            chosen = torch.linspace(0, len(levels) - 1, min(steps, len(levels))).round().long()
+            return torch.cat([levels[chosen], torch.zeros(1)])
+        return karras_sigmas(steps, self.sigma_min, self.sigma_max)
+
+    def _fit(self, dataset, seed, progress, checkpoint):
+        orders = PERMUTATIONS if self.permute else PERMUTATIONS[:1]
+        weights = torch.cat([permute_channels(dataset.weights, order) for order in orders])
+        coordinates = Coordinates.fit(
+            weights, self.components, self.metric, self.power, torch_generator(seed, "metric")
+        )
+        data = coordinates.encode(weights)
+        denoiser = self._denoiser(data.shape[1], seed)
+        on = device()
+
+        def loss(generator):
+            rows = torch.randint(len(data), (2, self.batch), generator=generator)
+            share = self.blend * torch.rand(self.batch, 1, generator=generator)
+            clean = torch.lerp(data[rows[0]], data[rows[1]], share)
+            noise = torch.randn(clean.shape, generator=generator)
+            return denoiser.loss(clean.to(on), self._training_levels(generator).to(on), noise.to(on))
+
+        train(
+            denoiser.network, loss, steps=self.steps, lr=self.lr, lr_end=self.lr_end, warmup=self.warmup,
+            ema=self.ema, weight_decay=self.weight_decay, precision=self.precision, seed=seed,
+            progress=progress, checkpoint=checkpoint and Path(checkpoint), identity=asdict(self),
+        )  # fmt: skip
+        network = {f"network.{name}": value.cpu() for name, value in denoiser.network.state_dict().items()}
+        return {f"coordinates.{name}": value for name, value in coordinates.state().items()} | network
+
+    @torch.no_grad()
+    def _sample(self, n, seed):
+        part = {
+            prefix: {k.removeprefix(prefix): v for k, v in self.state.items() if k.startswith(prefix)}
+            for prefix in ("coordinates.", "network.")
+        }
+        coordinates = Coordinates(**part["coordinates."])
+        size = coordinates.into.shape[1]
+        denoiser = self._denoiser(size)
+        denoiser.network.load_state_dict(part["network."])
+        denoiser.network.eval()
+        sigmas = self._sampling_levels().to(device())
+        samples = []
+        for start in range(0, n, SAMPLE_BATCH):
+            generator = torch_generator(seed, "sample", start, device=device())
+            rows = min(SAMPLE_BATCH, n - start)
+            x = torch.randn(rows, size, generator=generator, device=device()) * sigmas[0]
+            samples.append(coordinates.decode(SAMPLERS[self.sampler](denoiser, x, sigmas, generator).cpu()))
+        return torch.cat(samples).numpy()

@@ -1,0 +1,57 @@
+import numpy as np
+import pytest
+import torch
+
+from neumat.augment.permutations import PERMUTATIONS
+from neumat.errors import NeumatError
+from neumat.fields.layout import SIZE, permute_channels
+from neumat.generative.base import Dataset
+from neumat.generative.hyperdiffusion import HyperDiffusion, linear_sigmas
+from neumat.generative.samplers import EVALUATIONS, SAMPLERS
+
+TOY = {"network": {"width": 32, "depth": 1}, "components": 6, "batch": 32}
+
+
+def dataset(weights):
+    n = len(weights)
+    return Dataset(weights, np.arange(n), np.zeros(n, int), np.ones(n, bool))
+
+
+def test_a_gaussian_of_weights_is_learned():
+    generator = torch.Generator().manual_seed(0)
+    mixing = torch.randn(2, SIZE, generator=generator)
+    weights = 1 + torch.randn(2000, 2, generator=generator) @ mixing
+    model = HyperDiffusion(**TOY | {"components": 2, "batch": 256, "steps": 600}).fit(dataset(weights), seed=0)
+    samples = torch.from_numpy(model.sample(2000, seed=1))
+    into = torch.linalg.pinv(mixing)
+    truth, found = (weights - 1) @ into, (samples - 1) @ into
+    assert torch.allclose(found.mean(0), truth.mean(0), atol=0.25)
+    assert torch.allclose(torch.cov(found.T), torch.cov(truth.T), atol=0.25)
+
+
+def test_permuting_as_augmentation_is_training_on_all_permutations():
+    weights = torch.randn(20, SIZE, generator=torch.Generator().manual_seed(0))
+    closed = torch.cat([permute_channels(weights, order) for order in PERMUTATIONS])
+    config = TOY | {"steps": 5, "nfe": 4}
+    augmented = HyperDiffusion(**config, permute=True).fit(dataset(weights), seed=0)
+    explicit = HyperDiffusion(**config).fit(dataset(closed), seed=0)
+    assert augmented.sample(3, seed=1) == pytest.approx(explicit.sample(3, seed=1), abs=1e-6)
+
+
+@pytest.mark.parametrize("sampler", SAMPLERS)
+def test_a_sampler_spends_the_evaluations_it_is_given(sampler):
+    model = HyperDiffusion(sampler=sampler, nfe=40)
+    assert len(model._sampling_levels()) == 40 // EVALUATIONS[sampler] + 1
+
+
+def test_the_linear_schedule_is_sampled_at_levels_that_training_saw():
+    levels = HyperDiffusion(noise="linear", sampler="ancestral", nfe=100)._sampling_levels()
+    assert torch.equal(levels[:-1], linear_sigmas().flip(0))
+
+
+@pytest.mark.parametrize(
+    "config", [{"denoiser": "unet"}, {"sampler": "plms"}, {"noise": "cosine"}, {"network": {"heads": 3}}]
+)
+def test_unknown_names_are_refused(config):
+    with pytest.raises(NeumatError):
+        HyperDiffusion(**config).fit(dataset(torch.randn(5, SIZE)), seed=0)

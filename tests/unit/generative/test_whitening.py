@@ -1,0 +1,61 @@
+import pytest
+import torch
+
+from neumat.brdf.coordinates import half_difference
+from neumat.errors import NeumatError
+from neumat.fields.field import log_reflectance
+from neumat.fields.layout import SIZE
+from neumat.generative.whitening import Coordinates, effect_metric
+
+
+def generator():
+    return torch.Generator().manual_seed(0)
+
+
+@pytest.fixture(scope="module")
+def weights():
+    mixing = torch.randn(12, SIZE, generator=generator()) / 12**0.5
+    return 0.03 + 0.1 * torch.randn(300, 12, generator=torch.Generator().manual_seed(1)) @ mixing
+
+
+@pytest.mark.parametrize("metric", ["variance", "effect"])
+@pytest.mark.parametrize("power", [0.0, 0.5, 1.0])
+def test_weights_come_back_through_the_coordinates(weights, metric, power):
+    coordinates = Coordinates.fit(weights, SIZE, metric, power, generator())
+    encoded = coordinates.encode(weights)
+    assert encoded.shape[1] <= 20  # the rank of the data, not 675
+    assert torch.allclose(coordinates.decode(encoded), weights, atol=1e-4)
+    assert encoded.mean(0).abs().max() < 1e-3
+    assert encoded.square().mean().item() == pytest.approx(1, rel=1e-3)
+
+
+def test_power_one_whitens(weights):
+    encoded = Coordinates.fit(weights, 12, "variance", 1.0, generator()).encode(weights)
+    assert torch.allclose(torch.cov(encoded.T, correction=0), torch.eye(12), atol=1e-3)
+
+
+def test_fewer_components_keep_the_directions_of_largest_variance(weights):
+    coordinates = Coordinates.fit(weights, 4, "variance", 0.0, generator())
+    spread = coordinates.encode(weights).std(0)
+    assert len(spread) == 4
+    assert (spread.diff() <= 0).all()
+
+
+def test_the_effect_metric_predicts_the_change_of_the_brdf():
+    one = torch.randn(1, SIZE, generator=generator()) * 0.2
+    metric = effect_metric(one, generator(), directions=2048)
+    assert torch.allclose(metric, metric.T)
+    assert torch.linalg.eigvalsh(metric)[0] > -1e-6
+    # A shift of the output biases by delta changes log(1 + f) by delta wherever f > 0: at most delta^2 / 675 of it.
+    assert (metric.diagonal()[-3:] <= 1 / 3 + 1e-6).all()
+    u = torch.rand(2048, 3, generator=generator())
+    inputs = half_difference(u[:, 0] ** 2 * 1.2, u[:, 1] * 0.3, u[:, 2] * 3.1)
+    dead = one.clone()
+    dead[0, 126:147] = -100.0  # biases that close every hidden neuron: no effect left in the layers before
+    assert torch.isfinite(log_reflectance(dead[0], inputs)).all()
+    assert effect_metric(dead, generator())[:126, :126].abs().max() == 0
+
+
+def test_an_unknown_metric_is_refused(weights):
+    with pytest.raises(NeumatError, match="effect"):
+        Coordinates.fit(weights, 4, "fisher", 0.0, generator())

@@ -1,0 +1,110 @@
+"""The configuration: one-line errors, and schema, defaults and documentation that agree."""
+
+import json
+import re
+import subprocess
+from dataclasses import fields
+
+import pytest
+import yaml
+from runner import ROOT, command
+
+from neumat.config import keys, load, source_count, source_files, table
+from neumat.errors import NeumatError
+from neumat.generative.registry import METHODS
+
+SCHEMA = ROOT / "workflow/schemas/config.schema.json"
+SCHEMA_TREE = json.loads(SCHEMA.read_text())
+DEFAULT = yaml.safe_load((ROOT / "config/config.yaml").read_text())
+
+
+def sections(schema, name="config"):
+    if "properties" in schema:
+        yield name, schema
+        for key, child in schema["properties"].items():
+            yield from sections(child, key)
+
+
+def test_default_config_is_what_the_schema_fills_in():
+    assert load({}, SCHEMA) == DEFAULT == load(DEFAULT, SCHEMA)
+
+
+@pytest.mark.parametrize("overlay", sorted((ROOT / "config").glob("*.yaml")), ids=lambda path: path.name)
+def test_overlays_are_valid(overlay):
+    load(yaml.safe_load(overlay.read_text()), SCHEMA)
+
+
+def test_no_section_takes_unknown_keys():
+    assert all(schema["additionalProperties"] is False for _, schema in sections(SCHEMA_TREE))
+
+
+def test_every_key_says_what_it_means_and_what_it_allows():
+    for name, schema in keys(SCHEMA_TREE):
+        assert schema["description"].endswith("."), name
+        assert "default" in schema and ("type" in schema or "enum" in schema), name
+
+
+def test_readme_table_is_up_to_date():
+    assert (ROOT / "config/README.md").read_text() == table(SCHEMA_TREE)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_hyperparameters_of_a_method_are_those_of_its_class(method):
+    known = SCHEMA_TREE["properties"]["generative"]["properties"]["methods"]["properties"][method]["properties"]
+    assert set(known) == {field.name for field in fields(METHODS[method])} - {"sampler", "nfe"}
+
+
+@pytest.mark.parametrize(
+    ("config", "words"),
+    [
+        ({"fitt": {}}, ["fitt", "unknown key"]),
+        ({"fit": {"bach": 3}}, ["fit.bach", "unknown key"]),
+        ({"fit": {"batch_size": -1}}, ["fit.batch_size", ">= 1", "-1"]),
+        ({"fit": {"batch_size": "many"}}, ["fit.batch_size", "integer", "many"]),
+        ({"fit": {"learning_rate": float("nan")}}, ["fit.learning_rate", "number", "nan"]),
+        ({"fit": 3}, ["config key fit:", "a section", "3"]),
+        ({"sources": {"kind": "mrl"}}, ["sources.kind", '"merl"', "'mrl'"]),
+        ({"evaluate": {"methods": ["pca"]}}, ["evaluate.methods.0", "hyperdiffusion", "'pca'"]),
+    ],
+)
+def test_a_wrong_value_is_named_in_one_line(config, words):
+    with pytest.raises(NeumatError) as error:
+        load(config, SCHEMA)
+    assert "\n" not in str(error.value)
+    assert all(word in str(error.value) for word in words)
+
+
+def test_an_empty_section_means_its_defaults():
+    assert load({"fit": None}, SCHEMA)["fit"] == DEFAULT["fit"]
+
+
+def test_sources_of_the_users_own(tmp_path):
+    sources = DEFAULT["sources"] | {"kind": "merl", "folder": str(tmp_path)}
+    with pytest.raises(NeumatError, match=r"\.binary files; found none"):
+        source_count(sources)
+    for name in ("b.binary", "a.binary", "c.binary"):
+        (tmp_path / name).touch()
+    assert source_files(sources) == [str(tmp_path / f"{name}.binary") for name in "abc"]
+    assert source_count(sources) == 3
+    assert source_count(sources | {"count": 2}) == 2
+    with pytest.raises(NeumatError, match=r"sources\.folder"):
+        source_count(sources | {"folder": str(tmp_path / "absent")})
+    assert source_count(sources | {"url": "http://127.0.0.1/{name}.binary"}) == 100
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("fit: {bach: 3}", "config key fit.bach: expected one of"),
+        ("fit: {batch_size: 0}", "config key fit.batch_size: expected integer >= 1; found 0"),
+        ("sources: {kind: merl, folder: absent}", "config key sources.folder: expected a folder"),
+    ],
+)
+def test_snakemake_ends_in_that_line(tmp_path, text, words):
+    (tmp_path / "mine.yaml").write_text(text)
+    run = subprocess.run(
+        command(tmp_path, "--dry-run", overlays=[tmp_path / "mine.yaml"]), capture_output=True, text=True
+    )
+    assert run.returncode != 0
+    said = [line for line in run.stderr.splitlines() if not line.startswith("Using workflow specific profile")]
+    assert len(said) == 1 and re.match(re.escape(words), said[0]), run.stderr

@@ -1,0 +1,34 @@
+"""Every target and every single stage can be planned from nothing."""
+
+import re
+
+import pytest
+from runner import ROOT, SMOKE, planned
+
+RULES = [
+    name
+    for file in sorted((ROOT / "workflow/rules").glob("*.smk"))
+    for name in re.findall(r"^(?:use rule \w+ as|rule) (\w+)(?: with)?:", file.read_text(), re.MULTILINE)
+]
+
+
+def test_smoke_plans_every_rule(tmp_path):
+    assert planned(tmp_path, "--", "smoke") == set(RULES)
+
+
+@pytest.mark.parametrize("overlays", [(), (ROOT / "config/paper.yaml",)], ids=["default", "paper"])
+def test_default_target_plans_data_to_report(tmp_path, overlays):
+    rules = planned(tmp_path, overlays=overlays)
+    assert set(RULES) - rules == {"chart_fit", "chart_sampling", "generalisation_table"}
+
+
+def test_every_stage_without_wildcards_is_a_target_of_its_own(tmp_path):
+    stages = set(RULES) - {"fit_shard", "train", "sample", "score", "run_table"}
+    assert stages <= planned(tmp_path, "--", *stages)
+
+
+def test_one_job_per_material_can_be_asked_for(tmp_path):
+    (tmp_path / "mine.yaml").write_text("fit: {materials_per_job: 1}")
+    assert "fit_shard" in planned(
+        tmp_path, "--", "results/neumerl/shards/10-of-10.h5", overlays=(SMOKE, tmp_path / "mine.yaml")
+    )

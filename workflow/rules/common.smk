@@ -1,0 +1,88 @@
+"""The checked configuration, and what the rules share."""
+
+import sys
+from math import ceil
+
+from neumat.config import load, source_count, source_files
+from neumat.errors import NeumatError
+from neumat.provenance import digest
+
+try:
+    config = load(config, f"{workflow.basedir}/workflow/schemas/config.schema.json")
+    SOURCE_FILES = source_files(config["sources"])
+    SOURCES = source_count(config["sources"])
+except NeumatError as error:
+    sys.exit(str(error))
+
+if config["sources"]["url"]:
+    SOURCE_FILES = ["results/sources/downloaded.tsv"]
+
+SOURCES_STORE = "results/sources/sources.h5"
+STORE = "results/augmerl/augmerl.h5"
+MANIFEST = "results/augmerl/manifest.tsv"
+NEUMERL = "results/neumerl/neumerl.h5"
+# Materials that are fitted: every one, or one of each six that differ in the order of their colours.
+FITTED = range(
+    0,
+    6 * (SOURCES + config["augment"]["blends"]),
+    1 if config["fit"]["independent"] else 6,
+)
+SHARDS = ceil(len(FITTED) / config["fit"]["materials_per_job"])
+FOLDS = [f"fold{k}" for k in config["evaluate"]["folds"]]
+TARGETS = {
+    "all": [
+        "results/tables/augmentation.csv",
+        "results/tables/fit.csv",
+        "results/tables/unconditional.csv",
+        "results/tables/novelty.csv",
+        "results/tables/renderer.csv",
+        "results/figures/nearest.png",
+        "results/figures/heatmap.png",
+        "results/figures/grid.png",
+    ],
+    "charts": ["results/charts/fit.csv", "results/charts/sampling.csv"],
+    "generalisation": ["results/tables/generalisation.csv"],
+}
+
+
+scattergather:
+    fit=SHARDS,
+
+
+wildcard_constraints:
+    protocol=r"parity|grouped|fold\d+",
+    method="[a-z0-9-]+",
+
+
+def code(script):
+    """The digest of a script and of what it imports: a changed module reruns the stage, a comment does not."""
+    return digest(f"{workflow.basedir}/workflow/scripts/{script}.py")
+
+
+def section(name, *unused):
+    """A section of the config without the keys that the rule does not use."""
+    return {key: value for key, value in config[name].items() if key not in unused}
+
+
+def train_threads(wildcards):
+    """Torch's threads, part of the result: two threads sum in another order than one."""
+    return 2 if wildcards.method in ("hyperdiffusion", "merl100") else 1
+
+
+def hyperparameters_of(method):
+    """A method's own; a null among a network's arguments leaves the network's default."""
+    given = dict(config["generative"]["methods"][method])
+    if "network" in given:
+        given["network"] = {
+            key: value for key, value in given["network"].items() if value is not None
+        }
+    return given
+
+
+def shard_indices(wildcards):
+    """The materials that one shard fits."""
+    shard, size = (
+        int(wildcards.scatteritem.split("-")[0]),
+        config["fit"]["materials_per_job"],
+    )
+    return list(FITTED[(shard - 1) * size : shard * size])

@@ -1,0 +1,134 @@
+rule score:
+    input:
+        samples=branch(
+            lambda wildcards: wildcards.method == "training-set",
+            then=[],
+            otherwise="results/samples/{protocol}/{method}.h5",
+        ),
+        neumerl=NEUMERL,
+        manifest=MANIFEST,
+        sources=SOURCES_STORE,
+    output:
+        scores="results/scores/{protocol}/{method}.csv",
+        novelty="results/novelty/{protocol}/{method}.csv",
+    log:
+        "results/logs/score/{protocol}/{method}.log",
+    benchmark:
+        "results/benchmarks/score/{protocol}/{method}.tsv"
+    conda:
+        "../envs/neumat.yaml"
+    params:
+        code=code("score"),
+        draws=config["evaluate"]["draws"],
+        set_size=config["evaluate"]["set_size"],
+        entries=config["evaluate"]["entries"],
+        size=config["render"]["size"],
+        seed=config["seed"],
+    script:
+        "../scripts/score.py"
+
+
+rule unconditional:
+    input:
+        expand(
+            "results/scores/{protocol}/{method}.csv",
+            protocol=config["evaluate"]["protocols"],
+            method=["training-set", *config["evaluate"]["methods"]],
+        ),
+    output:
+        table=report(
+            "results/tables/unconditional.csv",
+            caption="../report/unconditional.rst",
+            category="Table 2",
+        ),
+        readable="results/tables/unconditional.md",
+    log:
+        "results/logs/unconditional.log",
+    benchmark:
+        "results/benchmarks/unconditional.tsv"
+    conda:
+        "../envs/neumat.yaml"
+    params:
+        code=code("table"),
+        bootstrap=config["evaluate"]["bootstrap"],
+        seed=config["seed"],
+    script:
+        "../scripts/table.py"
+
+
+use rule unconditional as generalisation_table with:
+    input:
+        expand(
+            "results/scores/{protocol}/{method}.csv",
+            protocol=FOLDS,
+            method=["training-set", *config["evaluate"]["generalisation_methods"]],
+        ),
+    output:
+        table=report(
+            "results/tables/generalisation.csv",
+            caption="../report/generalisation.rst",
+            category="Generalisation",
+        ),
+        readable="results/tables/generalisation.md",
+    log:
+        "results/logs/generalisation_table.log",
+    benchmark:
+        "results/benchmarks/generalisation_table.tsv"
+
+
+rule novelty_table:
+    input:
+        expand(
+            "results/novelty/{protocol}/{method}.csv",
+            protocol=config["evaluate"]["protocols"],
+            method=["training-set", *config["evaluate"]["methods"]],
+        ),
+    output:
+        report(
+            "results/tables/novelty.csv",
+            caption="../report/novelty.rst",
+            category="Novelty",
+        ),
+    log:
+        "results/logs/novelty_table.log",
+    benchmark:
+        "results/benchmarks/novelty_table.tsv"
+    conda:
+        "../envs/neumat.yaml"
+    params:
+        code=code("novelty_table"),
+    script:
+        "../scripts/novelty_table.py"
+
+
+rule novelty_figures:
+    input:
+        samples="results/samples/parity/hyperdiffusion.h5",
+        neumerl=NEUMERL,
+        manifest=MANIFEST,
+        sources=SOURCES_STORE,
+    output:
+        nearest=report(
+            "results/figures/nearest.png",
+            caption="../report/nearest.rst",
+            category="Novelty",
+        ),
+        heatmap=report(
+            "results/figures/heatmap.png",
+            caption="../report/heatmap.rst",
+            category="Novelty",
+        ),
+    log:
+        "results/logs/novelty_figures.log",
+    benchmark:
+        "results/benchmarks/novelty_figures.tsv"
+    conda:
+        "../envs/neumat.yaml"
+    params:
+        code=code("novelty_figures"),
+        set_size=config["evaluate"]["set_size"],
+        entries=config["evaluate"]["entries"],
+        size=config["render"]["size"],
+        seed=config["seed"],
+    script:
+        "../scripts/novelty_figures.py"

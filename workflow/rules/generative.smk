@@ -1,0 +1,42 @@
+rule train:
+    input:
+        neumerl=NEUMERL,
+        manifest=MANIFEST,
+        sources=SOURCES_STORE,
+    output:
+        "results/models/{protocol}/{method}.safetensors",
+    log:
+        "results/logs/train/{protocol}/{method}.log",
+    benchmark:
+        "results/benchmarks/train/{protocol}/{method}.tsv"
+    conda:
+        "../envs/neumat.yaml"
+    threads: train_threads
+    params:
+        code=code("train"),
+        hyperparameters=lambda wildcards: hyperparameters_of(wildcards.method),
+        components=config["augment"]["components"],
+        seed=config["seed"],
+        torch_threads=train_threads,
+        checkpoint="results/models/{protocol}/{method}.checkpoint",
+    script:
+        "../scripts/train.py"
+
+
+rule sample:
+    input:
+        "results/models/{protocol}/{method}.safetensors",
+    output:
+        "results/samples/{protocol}/{method}.h5",
+    log:
+        "results/logs/sample/{protocol}/{method}.log",
+    benchmark:
+        "results/benchmarks/sample/{protocol}/{method}.tsv"
+    conda:
+        "../envs/neumat.yaml"
+    params:
+        code=code("sample"),
+        samples=config["evaluate"]["draws"] * config["evaluate"]["set_size"],
+        sampling=config["generative"]["sampling"],
+    script:
+        "../scripts/sample.py"

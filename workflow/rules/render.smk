@@ -1,0 +1,45 @@
+rule verify_renderer:
+    input:
+        neumerl=NEUMERL,
+        manifest=MANIFEST,
+    output:
+        report(
+            "results/tables/renderer.csv",
+            caption="../report/renderer.rst",
+            category="Data",
+        ),
+    log:
+        "results/logs/verify_renderer.log",
+    benchmark:
+        "results/benchmarks/verify_renderer.tsv"
+    conda:
+        "../envs/neumat.yaml"
+    params:
+        code=code("verify_renderer"),
+        materials=config["render"]["verify_materials"],
+        samples=config["render"]["verify_samples"],
+        size=config["render"]["size"],
+    script:
+        "../scripts/verify_renderer.py"
+
+
+rule grid:
+    input:
+        "results/samples/parity/hyperdiffusion.h5",
+    output:
+        report(
+            "results/figures/grid.png",
+            caption="../report/grid.rst",
+            category="Samples",
+        ),
+    log:
+        "results/logs/grid.log",
+    benchmark:
+        "results/benchmarks/grid.tsv"
+    conda:
+        "../envs/neumat.yaml"
+    params:
+        code=code("grid"),
+        render=section("render", "size", "verify_materials", "verify_samples"),
+    script:
+        "../scripts/grid.py"

@@ -1,0 +1,19 @@
+# Wall time, CPU time and peak memory of every stage so far, written when all else of a target is done.
+rule run_table:
+    input:
+        lambda wildcards: TARGETS[wildcards.target.lstrip("-") or "all"],
+    output:
+        report(
+            "results/tables/run{target,|-charts|-generalisation}.csv",
+            caption="../report/run.rst",
+            category="Run",
+        ),
+    log:
+        "results/logs/run_table{target}.log",
+    conda:
+        "../envs/neumat.yaml"
+    params:
+        code=code("run_table"),
+        shards=SHARDS,
+    script:
+        "../scripts/run_table.py"

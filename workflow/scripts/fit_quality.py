@@ -1,0 +1,13 @@
+"""Render every base material from its table and from its field, and compare."""
+
+from neumat.files import atomic_path
+from neumat.metrics.fit_quality import fit_quality, fit_summary
+from neumat.stage import progress, stage
+
+with stage(snakemake):
+    store = snakemake.input
+    table = fit_quality(store.neumerl, store.augmerl, store.sources, snakemake.params.size, progress)
+    with atomic_path(snakemake.output.table) as path:
+        table.to_csv(path, index=False)
+    with atomic_path(snakemake.output.summary) as path:
+        fit_summary(table).to_csv(path, index=False)

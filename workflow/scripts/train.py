@@ -1,0 +1,13 @@
+"""Train one generative model under one protocol; an interrupted training resumes from its checkpoint."""
+
+from neumat.generative.dataset import training_dataset
+from neumat.generative.registry import METHODS
+from neumat.stage import progress, stage
+
+with stage(snakemake):
+    store, params, names = snakemake.input, snakemake.params, snakemake.wildcards
+    model = METHODS[names.method].from_config(dict(params.hyperparameters))
+    dataset = training_dataset(
+        store.neumerl, store.manifest, store.sources, names.protocol, params.components, METHODS[names.method]
+    )
+    model.fit(dataset, params.seed, progress, params.checkpoint).save(snakemake.output[0])
