@@ -71,7 +71,6 @@ rule chart_sampling:
         "results/benchmarks/chart_sampling.tsv"
     conda:
         "../envs/neumat.yaml"
-    threads: 2
     params:
         code=code("chart_sampling"),
         hyperparameters=hyperparameters_of("hyperdiffusion"),
@@ -84,6 +83,5 @@ rule chart_sampling:
         entries=config["evaluate"]["entries"],
         size=config["render"]["size"],
         seed=config["seed"],
-        torch_threads=2,
     script:
         "../scripts/chart_sampling.py"

@@ -64,11 +64,6 @@ def section(name, *unused):
     return {key: value for key, value in config[name].items() if key not in unused}
 
 
-def train_threads(wildcards):
-    """Torch's threads, part of the result: two threads sum in another order than one."""
-    return 2 if wildcards.method in ("hyperdiffusion", "merl100") else 1
-
-
 def hyperparameters_of(method):
     """A method's own; a null among a network's arguments leaves the network's default."""
     given = dict(config["generative"]["methods"][method])

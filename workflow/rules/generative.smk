@@ -11,13 +11,11 @@ rule train:
         "results/benchmarks/train/{protocol}/{method}.tsv"
     conda:
         "../envs/neumat.yaml"
-    threads: train_threads
     params:
         code=code("train"),
         hyperparameters=lambda wildcards: hyperparameters_of(wildcards.method),
         components=config["augment"]["components"],
         seed=config["seed"],
-        torch_threads=train_threads,
         checkpoint="results/models/{protocol}/{method}.checkpoint",
     script:
         "../scripts/train.py"

@@ -11,30 +11,36 @@ RIDGE = 1e-3  # of the mean of the metric's diagonal: keeps directions without a
 
 
 def effect_metric(weights, generator, materials=200, directions=256):
-    """Return the mean Gauss-Newton metric (675, 675), float64, of log(1 + f cos theta_i) over `weights` (n, 675).
+    """Return the mean Gauss-Newton metric (675, 675), float64, of what the fields `weights` (n, 675) look like.
 
-    delta^T M delta is the mean squared change of that quantity, over materials, directions and channels, for a
-    small change delta of the weights. Directions are uniform on the MERL grid's axes (theta_h on its square-root
-    axis, so dense in the highlight), above the horizon.
+    delta^T M delta is the mean squared change, over materials, directions and channels, that a small change delta of
+    the weights makes to log(1 + f cos theta_i), which BRDF distances see, plus that to the sRGB tone of f cos theta_i,
+    which pictures show, dark materials above all. Directions above the horizon: for the first, uniform on the MERL
+    grid's axes (theta_h on its square-root axis, so dense in the highlight); for the second, in uniform angles.
     """
-    u = torch.rand(4 * directions, 3, generator=generator, dtype=torch.float64)
-    theta_h, theta_d, phi_d = u[:, 0] ** 2 * torch.pi / 2, u[:, 1] * torch.pi / 2, u[:, 2] * torch.pi
-    cos_i, cos_o = cosines(theta_h, theta_d, phi_d)
-    above = ((cos_i > 0.05) & (cos_o > 0.05)).nonzero()[:directions, 0]
-    inputs = half_difference(theta_h, theta_d, phi_d)[above].float()
-    cos_i = cos_i[above].float()
-
-    def response(vector, direction, cosine):
-        return torch.log1p(torch.expm1(log_reflectance(vector, direction[None])[0]).clamp_min(0) * cosine)
-
-    jacobians = torch.func.vmap(torch.func.jacrev(response), (None, 0, 0))
-
     chosen = weights[torch.randperm(len(weights), generator=generator)[:materials]].float()
     total = torch.zeros(weights.shape[1], weights.shape[1], dtype=torch.float64)
-    for vector in chosen:
-        jacobian = jacobians(vector, inputs, cos_i).flatten(0, 1)
-        total += (jacobian.T @ jacobian).double()
-    return total / (len(chosen) * len(inputs) * 3)
+    for seen, exponent in ((torch.log1p, 2), (_tone, 1)):
+        u = torch.rand(4 * directions, 3, generator=generator, dtype=torch.float64)
+        theta_h, theta_d, phi_d = u[:, 0] ** exponent * torch.pi / 2, u[:, 1] * torch.pi / 2, u[:, 2] * torch.pi
+        cos_i, cos_o = cosines(theta_h, theta_d, phi_d)
+        above = ((cos_i > 0.05) & (cos_o > 0.05)).nonzero()[:directions, 0]
+        inputs = half_difference(theta_h, theta_d, phi_d)[above].float()
+
+        def response(vector, direction, cosine, seen=seen):
+            return seen(torch.expm1(log_reflectance(vector, direction[None])[0]).clamp_min(0) * cosine)
+
+        jacobians = torch.func.vmap(torch.func.jacrev(response), (None, 0, 0))
+        for vector in chosen:
+            jacobian = jacobians(vector, inputs, cos_i[above].float()).flatten(0, 1)
+            total += (jacobian.T @ jacobian).double()
+    return total / (len(chosen) * directions * 3)
+
+
+def _tone(shaded):
+    """Return the sRGB tone in [0, 1] of f cos theta_i under a light that shows white Lambert at 0.9."""
+    x = (2.5 * shaded).clamp(0, 1)
+    return torch.where(x < 0.0031308, 12.92 * x, 1.055 * x.clamp_min(0.0031308) ** (1 / 2.4) - 0.055)
 
 
 class Coordinates:
