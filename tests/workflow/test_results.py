@@ -13,7 +13,9 @@ def test_run_table_has_every_stage_that_ran(smoke):
 
 def test_every_job_has_a_log(smoke):
     benchmarks = {path.relative_to(smoke / "results/benchmarks") for path in smoke.glob("results/benchmarks/**/*.tsv")}
-    logs = {path.relative_to(smoke / "results/logs").with_suffix(".tsv") for path in smoke.glob("results/logs/**/*.log")}
+    logs = {
+        path.relative_to(smoke / "results/logs").with_suffix(".tsv") for path in smoke.glob("results/logs/**/*.log")
+    }
     assert benchmarks <= logs
 
 

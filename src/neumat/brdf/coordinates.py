@@ -97,12 +97,3 @@ def above_horizon():
     theta_h, theta_d, phi_d = torch.meshgrid(*grid_axes(), indexing="ij")
     cos_i, cos_o = cosines(theta_h, theta_d, phi_d)
     return ((cos_i > 1e-6) & (cos_o > 1e-6)).flatten()
-
-
-def nearest_entry(theta_h, theta_d, phi_d):
-    """Return flat indices of the grid entries nearest to the angles."""
-    n_h, n_d, n_p = GRID
-    i = (torch.sqrt(theta_h / (math.pi / 2)) * n_h).round().long().clamp(0, n_h - 1)
-    j = (theta_d / (math.pi / 2) * n_d).round().long().clamp(0, n_d - 1)
-    k = (canonical_phi_d(phi_d) / math.pi * n_p).round().long() % n_p
-    return k + n_p * (j + n_d * i)
