@@ -3,7 +3,7 @@ PYTHON ?= python3.11
 SNAKEMAKE = .venv/bin/snakemake
 STAMP = .venv/installed
 
-.PHONY: all report charts generalisation smoke test lint embedded config-table
+.PHONY: all report charts generalisation smoke test lint embedded readme config-table
 
 all: $(STAMP)
 	$(SNAKEMAKE)
@@ -33,6 +33,10 @@ lint: $(STAMP)
 # Train the embedded materials again from the published NBRDFs: make embedded ZIP=merl_nbrdf.zip
 embedded: $(STAMP)
 	.venv/bin/python -m neumat.fields.distill $(ZIP)
+
+# Put the last full results into the README.
+readme: $(STAMP)
+	.venv/bin/python -m neumat.reporting.readme results README.md
 
 config-table: $(STAMP)
 	.venv/bin/python -m neumat.config workflow/schemas/config.schema.json > config/README.md

@@ -1,0 +1,83 @@
+"""Put the last full results into the README: `python -m neumat.reporting.readme results README.md`."""
+
+import datetime
+import os
+import platform
+import sys
+from pathlib import Path
+
+import pandas as pd
+
+from neumat.errors import NeumatError
+from neumat.files import atomic_path
+from neumat.reporting.tables import table2_markdown
+
+START, END = "<!-- results: made by `make readme` -->", "<!-- end of results -->"
+PAPERS = ["brdf_l1", "rmse", "neg_psnr", "neg_ssim"]
+
+
+def machine():
+    """Return the machine in words: cores, architecture, the processor's name where the system tells it."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+        name = next(line.split(":")[1].strip() for line in lines if line.startswith("model name"))
+    except (OSError, StopIteration):
+        name = platform.processor() or platform.machine()
+    return f"{os.cpu_count()} cores of {name}, {platform.machine()}"
+
+
+def results(folder):
+    """Return the Markdown of the tables in `folder`: the run's cost, the fits, Table 2 under `parity`, novelty."""
+    tables = {name: pd.read_csv(folder / "tables" / f"{name}.csv") for name in ("run", "fit-summary", "unconditional")}
+    novelty = pd.read_csv(folder / "tables" / "novelty.csv")
+    run = tables["run"]
+    total = run[(run["stage"] == "run") & (run["job"] == "total")].iloc[0]
+    lines = [
+        f"Made on {datetime.date.today()} by {machine()}: {total['cpu_s'] / 60:.0f} minutes of CPU time in all, "
+        f"peak {total['peak_mib'] / 1024:.1f} GiB in one job (`results/tables/run.csv`).",
+        "",
+        "Fields against the tables that they were fitted to, over the 400 base materials:",
+        "",
+        _table(tables["fit-summary"]),
+        "",
+    ]
+    table = tables["unconditional"]
+    shown = table[(table["protocol"] == "parity") & table["distance"].isin(PAPERS)]
+    shown = shown[shown["metric"].isin(["one_nna", "cov"])]
+    lines += [table2_markdown(shown).replace("## parity", "### Table 2, protocol `parity`").replace("### 1", "#### 1")]
+    lines += ["All protocols, metrics and distances: `results/tables/unconditional.md`.", ""]
+    keep = (novelty["protocol"] == "parity") & (novelty["distance"] == "brdf_l1_log")
+    lines += [
+        "### Novelty, protocol `parity`",
+        "",
+        "Distance (BRDF-L1-log) of samples to their nearest training material, beside the held-out materials' own:",
+        "",
+        _table(novelty[keep].drop(columns=["protocol", "distance"])),
+    ]
+    return "\n".join(lines)
+
+
+def update(folder, readme):
+    """Replace what stands between the markers of the README. Raises NeumatError where they are missing."""
+    text = Path(readme).read_text(encoding="utf-8")
+    if START not in text or END not in text:
+        raise NeumatError(readme, f"the markers {START} and {END}", "none")
+    before, after = text.split(START)[0], text.split(END)[1]
+    with atomic_path(readme) as path:
+        path.write_text(f"{before}{START}\n\n{results(Path(folder))}\n\n{END}{after}", encoding="utf-8")
+
+
+def _table(frame):
+    rows = [frame.columns, ["---"] * frame.shape[1], *([_cell(value) for value in row] for row in frame.to_numpy())]
+    return "\n".join("| " + " | ".join(row) + " |" for row in rows)
+
+
+def _cell(value):
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+if __name__ == "__main__":
+    try:
+        update(*sys.argv[1:])
+    except (NeumatError, FileNotFoundError) as error:
+        sys.exit(str(error))
