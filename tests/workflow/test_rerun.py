@@ -84,7 +84,7 @@ def test_killed_then_finished_on_one_core_with_other_shards(smoke, tmp_path):
         stderr=subprocess.DEVNULL,
         start_new_session=True,
     )
-    until = time.monotonic() + 120
+    until = time.monotonic() + 900
     while not list(tmp_path.glob("results/neumerl/shards/*.h5")) and time.monotonic() < until:
         time.sleep(0.2)
     os.killpg(first.pid, signal.SIGKILL)

@@ -10,8 +10,8 @@ from neumat.augment.manifest import read_manifest
 from neumat.augment.permutations import PERMUTATIONS
 from neumat.augment.store import AugMerl
 from neumat.errors import NeumatError
-from neumat.fields.fit import GROUP, Directions, fit, random_weights
-from neumat.fields.layout import SIZE, WIDTHS, permute_channels
+from neumat.fields.fit import GROUP, Directions, first_field, fit
+from neumat.fields.layout import SIZE, permute_channels
 from neumat.fields.store import PER_MATERIAL, write_neumerl
 from neumat.files import atomic_path
 
@@ -28,10 +28,9 @@ def fit_first(store_path, sources_path, config, seed, path, progress=iter):
     """Fit the first source material from random weights: what all other fits start from."""
     store = AugMerl(store_path, sources_path)
     directions = Directions(store.entries, seed)
-    start = random_weights(WIDTHS, seed, "first field")
-    result = fit(load_values(store, [0]), directions, start, config, seed, progress=progress)
+    weights = first_field(load_values(store, [0]), directions, config, seed, progress=progress)
     with atomic_path(path) as temporary, h5py.File(temporary, "w") as file:
-        file["weights"] = result["weights"][0].numpy()
+        file["weights"] = weights.numpy()
 
 
 def fit_shard(store_path, sources_path, first_path, indices, config, seed, path, progress=iter):

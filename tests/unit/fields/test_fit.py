@@ -4,8 +4,18 @@ import torch
 from neumat.brdf.analytic import GGX
 from neumat.brdf.coordinates import above_horizon, grid_angles
 from neumat.fields.field import evaluate_inputs, log_reflectance
-from neumat.fields.fit import Directions, fit, gradient, learning_rate, losses, random_weights, training_order
-from neumat.fields.layout import WIDTHS, size
+from neumat.fields.fit import (
+    Directions,
+    first_field,
+    fit,
+    gradient,
+    learning_rate,
+    losses,
+    random_weights,
+    revive,
+    training_order,
+)
+from neumat.fields.layout import WIDTHS, size, unpack
 
 CONFIG = {
     "samples": 100_000,
@@ -85,3 +95,23 @@ def test_cosine_schedule_ends_at_zero():
     rates = [learning_rate(step, 100, CONFIG) for step in (0, 50, 100)]
     assert rates == pytest.approx([5e-3, 2.5e-3, 0])
     assert learning_rate(99, 100, CONFIG | {"schedule": "constant"}) == 5e-3
+
+
+def test_dead_units_start_afresh_and_leave_the_field_as_it_is(problem):
+    directions, _, first = problem
+    weights = first.clone()
+    (_, bias1), (_, bias2), _ = unpack(weights)
+    bias1[3], bias2[5:8] = -100, -100
+    revived = revive(weights, directions.inputs, random_weights(WIDTHS, 0, "fresh"))
+    torch.testing.assert_close(
+        log_reflectance(revived, directions.inputs), log_reflectance(weights, directions.inputs), atol=1e-5, rtol=1e-5
+    )
+    assert (unpack(revived)[0][1][3], unpack(revived)[1][1][5]) == (0, 0)
+
+
+def test_the_first_field_keeps_nearly_all_units_at_work(problem):
+    directions, values, _ = problem
+    (kernel, bias), (kernel2, bias2), _ = unpack(first_field(values[:, :1], directions, CONFIG, 0))
+    hidden = torch.relu(directions.inputs @ kernel + bias)
+    assert (hidden > 0).any(0).sum() >= 18
+    assert (hidden @ kernel2 + bias2 > 0).any(0).sum() >= 18
