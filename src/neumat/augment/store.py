@@ -5,8 +5,6 @@ its parents' projections: the store holds the projected source columns (3N, V), 
 needs two of them. The sources themselves stay as measured, in the source store beside it.
 """
 
-from pathlib import Path
-
 import h5py
 import numpy as np
 
@@ -15,7 +13,7 @@ from neumat.brdf.coordinates import ENTRIES
 from neumat.brdf.merl import write_merl
 from neumat.brdf.sources import CHUNK, read_sources
 from neumat.errors import NeumatError
-from neumat.files import atomic_path
+from neumat.files import atomic_path, open_store
 
 SCHEMA = 1
 
@@ -28,14 +26,7 @@ class AugMerl:
     """
 
     def __init__(self, path, sources_path):
-        try:
-            self._file = h5py.File(path, "r")
-        except OSError as error:
-            found = "a damaged or foreign file" if Path(path).is_file() else "no such file"
-            raise NeumatError(path, "an AugMERL store (HDF5)", found) from error
-        version = self._file.attrs.get("schema_version")
-        if version != SCHEMA or "parents" not in self._file:
-            raise NeumatError(path, f"an AugMERL store of schema version {SCHEMA}", f"version {version}")
+        self._file = open_store(path, "an AugMERL store", "parents", SCHEMA)
         self.sources = read_sources(sources_path)
         if self._file.attrs["sources"] != self.sources.digest:
             raise NeumatError(path, "the source store that it was made from", sources_path)

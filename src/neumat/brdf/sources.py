@@ -17,7 +17,7 @@ from neumat.brdf.merl import read_folder, read_merl
 from neumat.brdf.rgl import SUFFIX as RGL_SUFFIX
 from neumat.brdf.rgl import check_rgl, read_rgl
 from neumat.errors import NeumatError
-from neumat.files import atomic_path
+from neumat.files import atomic_path, open_store
 
 SCHEMA = 1
 CHUNK = (3, 1 << 14)  # one material by 16384 entries: quick for whole tables and for blocks of columns
@@ -103,15 +103,7 @@ class Sources:
     """
 
     def __init__(self, path):
-        try:
-            self._file = h5py.File(path, "r")
-        except OSError as error:
-            found = "a damaged or foreign file" if Path(path).is_file() else "no such file"
-            raise NeumatError(path, "a store of sources (HDF5)", found) from error
-        version = self._file.attrs.get("schema_version")
-        if version != SCHEMA or "columns" not in self._file:
-            found = f"version {version}" if "columns" in self._file else "another kind of store"
-            raise NeumatError(path, f"a store of sources of schema version {SCHEMA}", found)
+        self._file = open_store(path, "a store of sources", "columns", SCHEMA)
         self.names = list(self._file["names"].asstr())
         self.entries = self._file["entries"][:]
         self.n = len(self.names)

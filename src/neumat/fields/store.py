@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import dataclass
-from pathlib import Path
 
 import h5py
 import numpy as np
@@ -10,7 +9,7 @@ import torch
 
 from neumat.errors import NeumatError
 from neumat.fields.layout import SIZE, WIDTHS
-from neumat.files import atomic_path
+from neumat.files import atomic_path, open_store
 
 SCHEMA = 1
 PER_MATERIAL = ("loss_grid", "loss_uniform", "loss_constant", "converged", "retried")
@@ -44,15 +43,9 @@ def write_neumerl(path, manifest, weights, fits, config):
 
 def read_neumerl(path):
     """Return the NeuMerl in `path`; raises NeumatError for a missing or foreign file and another schema version."""
-    try:
-        file = h5py.File(path, "r")
-    except OSError as error:
-        found = "a damaged or foreign file" if Path(path).is_file() else "no such file"
-        raise NeumatError(path, "a NeuMERL store (HDF5)", found) from error
-    with file:
-        version = file.attrs.get("schema_version")
-        if version != SCHEMA or "weights" not in file or file["weights"].shape[1] != SIZE:
-            raise NeumatError(path, f"a NeuMERL store of schema version {SCHEMA}", f"version {version}")
+    with open_store(path, "a NeuMERL store", "weights", SCHEMA) as file:
+        if file["weights"].shape[1] != SIZE:
+            raise NeumatError(path, f"{SIZE} weights a material", file["weights"].shape[1])
         permutation = file["permutation"].asstr()[:]
         order = list(dict.fromkeys(permutation))
         return NeuMerl(
