@@ -22,7 +22,7 @@ with stage(snakemake):
             Path(output[name]).with_suffix(""),
             goal,
             group="family",
-            x_title="seconds per material, one thread",
+            x_title="CPU seconds per material",
             y_title=title,
         )
     with atomic_path(output.table) as path:

@@ -50,8 +50,8 @@ def published_rate(values, directions, seconds=5.0):
     """Return the samples per second of the published way to fit: one material, nn.Linear, autograd, Adam, batch 512."""
     network = nn.Sequential(nn.Linear(6, 21), nn.ReLU(), nn.Linear(21, 21), nn.ReLU(), nn.Linear(21, 3))
     optimiser = torch.optim.Adam(network.parameters(), lr=5e-3)
-    start, done = time.perf_counter(), 0
-    while time.perf_counter() - start < seconds:
+    start, done = time.process_time(), 0
+    while time.process_time() - start < seconds:
         batch = directions.train[torch.randint(len(directions.train), (512,))]
         cosine = directions.cosine[batch]
         found = torch.log1p(torch.expm1(network(directions.inputs[batch])).clamp_min(0) * cosine)
@@ -60,14 +60,15 @@ def published_rate(values, directions, seconds=5.0):
         loss.backward()
         optimiser.step()
         done += 512
-    return done / (time.perf_counter() - start)
+    return done / (time.process_time() - start)
 
 
 def sweep(augmerl_path, sources_path, default, materials, size, seed, progress=iter):
     """Return a DataFrame: family, label, seconds (per material), loss_grid, loss_uniform, psnr, psnr_worst, ssim.
 
-    default: the section `fit`; materials: how many base materials, evenly spread over all. Seconds are measured in
-    this run on one thread; `speedup` is against the published loop at the papers' sample count, measured beside it.
+    default: the section `fit`; materials: how many base materials, evenly spread over all. Seconds are CPU seconds of
+    one thread in this run, which a busy machine distorts least; `speedup` is against the published loop at the papers'
+    sample count, measured beside it.
     """
     store = AugMerl(augmerl_path, sources_path)
     directions = Directions(store.entries, seed)
@@ -82,9 +83,9 @@ def sweep(augmerl_path, sources_path, default, materials, size, seed, progress=i
         widths = (WIDTHS[0], width, width, WIDTHS[-1])
         if width not in firsts:  # once for all materials: no part of a material's seconds
             firsts[width] = first_field(values[:, :1], directions, default, seed, widths)
-        start = time.perf_counter()
+        start = time.process_time()
         result = fit(values, directions, firsts[width], config, seed, widths)
-        seconds = (time.perf_counter() - start) / len(bases)
+        seconds = (time.process_time() - start) / len(bases)
         fields = evaluate_inputs(result["weights"], inputs, widths).transpose(1, 2)
         psnr, ssim = compare_pictures(expected, to_srgb8(pictures.frozen.pictures(fields)))
         losses = [result[key].mean().item() for key in ("loss_grid", "loss_uniform")]
