@@ -11,6 +11,7 @@ rule train:
         "results/benchmarks/train/{protocol}/{method}.tsv"
     conda:
         "../envs/neumat.yaml"
+    priority: 1  # the longest jobs first, so that no core idles at the end
     params:
         code=code("train"),
         hyperparameters=lambda wildcards: hyperparameters_of(wildcards.method),
