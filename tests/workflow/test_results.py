@@ -7,8 +7,10 @@ from runner import run
 def test_run_table_has_every_stage_that_ran(smoke):
     table = pd.read_csv(smoke / "results/tables/run.csv", index_col="stage")
     stages = {path.name.removesuffix(".tsv") for path in (smoke / "results/benchmarks").iterdir()}
-    assert set(table.index) <= stages and {"sources", "fit_shard", "train", "sample", "score"} <= set(table.index)
-    assert (table["wall_s"] > 0).all() and table.loc["fit_shard", "jobs"] == 2
+    ran = set(table.index) - {"run"}  # the total
+    assert ran <= stages and {"sources", "fit_shard", "train", "sample", "score"} <= ran
+    assert (table["wall_s"].dropna() > 0).all()
+    assert set(table.loc["fit_shard", "job"]) == {"1-of-2", "2-of-2", "total"}
 
 
 def test_every_job_has_a_log(smoke):

@@ -50,12 +50,12 @@ rule chart_sampling:
         ),
         training_one_nna=report(
             "results/charts/training.png",
-            caption="../report/chart_training.rst",
+            caption="../report/chart_sampling.rst",
             category="Charts",
         ),
         training_mmd=report(
             "results/charts/training-mmd.png",
-            caption="../report/chart_training.rst",
+            caption="../report/chart_sampling.rst",
             category="Charts",
         ),
         vector=multiext(
