@@ -9,9 +9,9 @@ rule train:
         "results/logs/train/{protocol}/{method}.log",
     benchmark:
         "results/benchmarks/train/{protocol}/{method}.tsv"
+    priority: 1  # the longest jobs first, so that no core idles at the end
     conda:
         "../envs/neumat.yaml"
-    priority: 1  # the longest jobs first, so that no core idles at the end
     params:
         code=code("train"),
         hyperparameters=lambda wildcards: hyperparameters_of(wildcards.method),
