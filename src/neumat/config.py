@@ -63,6 +63,19 @@ def source_count(sources):
     return min(found, sources["count"] or found)
 
 
+def inception_file(evaluate):
+    """Return the file of Inception's weights that the config's section `evaluate` names, an empty list where none.
+
+    Raises NeumatError where it is no file.
+    """
+    path = evaluate["inception"]
+    if path is None:
+        return []
+    if not Path(path).is_file():
+        raise NeumatError("config key evaluate.inception", "a file", path)
+    return path
+
+
 def expectation(schema):
     """Return in words what values `schema`, one key's, allows."""
     if "enum" in schema:

@@ -98,6 +98,7 @@ def test_sources_of_the_users_own(tmp_path):
         ("fit: {bach: 3}", "config key fit.bach: expected one of"),
         ("fit: {batch_size: 0}", "config key fit.batch_size: expected integer >= 1; found 0"),
         ("sources: {kind: merl, folder: absent}", "config key sources.folder: expected a folder"),
+        ("evaluate: {inception: absent.pth}", "config key evaluate.inception: expected a file; found absent.pth"),
     ],
 )
 def test_snakemake_ends_in_that_line(tmp_path, text, words):

@@ -3,7 +3,7 @@
 import sys
 from math import ceil
 
-from neumat.config import load, source_count, source_files
+from neumat.config import inception_file, load, source_count, source_files
 from neumat.errors import NeumatError
 from neumat.provenance import digest
 
@@ -11,6 +11,7 @@ try:
     config = load(config, f"{workflow.basedir}/workflow/schemas/config.schema.json")
     SOURCE_FILES = source_files(config["sources"])
     SOURCES = source_count(config["sources"])
+    INCEPTION = inception_file(config["evaluate"])
 except NeumatError as error:
     sys.exit(str(error))
 

@@ -8,6 +8,7 @@ rule score:
         neumerl=NEUMERL,
         manifest=MANIFEST,
         sources=SOURCES_STORE,
+        inception=INCEPTION,
     output:
         scores="results/scores/{protocol}/{method}.csv",
         novelty="results/novelty/{protocol}/{method}.csv",

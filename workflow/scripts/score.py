@@ -9,7 +9,9 @@ with stage(snakemake):
     protocol = Protocol(
         names.protocol, store.neumerl, store.manifest, store.sources, params.entries, params.size, params.seed
     )
-    tables = score_method(protocol, names.method, store.get("samples"), params.draws, params.set_size)
+    tables = score_method(
+        protocol, names.method, store.get("samples"), params.draws, params.set_size, store.get("inception")
+    )
     for table, path in zip(tables, (snakemake.output.scores, snakemake.output.novelty), strict=True):
         with atomic_path(path) as temporary:
             table.to_csv(temporary, index=False)

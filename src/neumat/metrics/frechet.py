@@ -1,8 +1,8 @@
 """Distances between two sets of pictures by the features of a pretrained network.
 
-They are named after their features, EfficientNet-Lite0's 1280 pooled ones: figures on other features, such as
-the published FID on Inception's, are not comparable. The network comes from two packages that hold its weights, so
-no download is needed at run time.
+They are named after their features, here EfficientNet-Lite0's 1280 pooled ones: figures on other features, such as
+Inception's (`neumat.metrics.inception`), are not comparable. The network comes from two packages that hold its
+weights, so no download is needed at run time.
 """
 
 import functools
@@ -11,8 +11,7 @@ import torch
 
 from neumat.errors import NeumatError
 
-FRECHET = "Frechet-EfficientNetLite0"
-KID = "KID-EfficientNetLite0"
+NAME = "EfficientNetLite0"
 _MEAN = (0.485, 0.456, 0.406)  # the normalisation the network was trained with
 _STD = (0.229, 0.224, 0.225)
 

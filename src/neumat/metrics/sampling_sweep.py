@@ -32,7 +32,7 @@ def sweep(protocol, dataset, model, nfes, shares, draws, size, seed, progress=it
         start = time.perf_counter()
         samples = torch.from_numpy(fitted.sample(draws * size, seed))
         seconds = time.perf_counter() - start
-        scores = score(reference, protocol.fields(samples), draws, label, protocol.name, DISTANCES, features=None)
+        scores = score(reference, protocol.fields(samples), draws, label, protocol.name, {}, DISTANCES)
         means = scores.groupby(["metric", "distance"], sort=False)["value"].mean().reset_index()
         rows.append(means.assign(family=family, label=label, train_seconds=train_seconds, sample_seconds=seconds))
 

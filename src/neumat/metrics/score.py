@@ -3,8 +3,8 @@
 import pandas as pd
 
 from neumat.errors import NeumatError
-from neumat.metrics import frechet
 from neumat.metrics.distances import DISTANCES, distance_table
+from neumat.metrics.frechet import frechet, kid
 from neumat.metrics.materials import union
 from neumat.metrics.sets import cov, mmd, one_nna
 
@@ -12,27 +12,27 @@ COLUMNS = ["method", "protocol", "draw", "metric", "distance", "value", "n_ref",
 PERCENT = 100
 
 
-def score(reference, samples, draws, method, protocol, distances=tuple(DISTANCES), features=frechet.features):
+def score(reference, samples, draws, method, protocol, features, distances=tuple(DISTANCES)):
     """Return the scores of `samples`, cut into `draws` consecutive sets of equal size, as a DataFrame with COLUMNS.
 
     reference, samples: MaterialSet. Per draw: mmd in the distance's own unit, cov and one_nna in percent, for every
-    named distance; the Frechet and kernel distances of the pictures' `features` (None leaves them out), for which a
-    broken material counts with whatever was drawn of it; and `nonfinite`, the number of broken samples.
+    named distance; the Frechet and kernel distances of the pictures by `features` ({name: pictures -> rows}), for
+    which a broken material counts with whatever was drawn of it; and `nonfinite`, the number of broken samples.
     Raises NeumatError where the draws don't divide the samples.
     """
     size, rest = divmod(len(samples), draws)
     if rest or not size:
         raise NeumatError(f"samples of {method}", f"a multiple of {draws}, the number of draws", len(samples))
-    of_reference = features(reference.images) if features else None
+    of_reference = {name: extract(reference.images) for name, extract in features.items()}
     rows = []
     for draw in range(draws):
         part = samples[draw * size : (draw + 1) * size]
         results = _set_metrics(reference, part, distances)
         results.append(("nonfinite", "none", int((~part.finite).sum())))
-        if features:
-            of_part = features(part.images)
-            results.append((frechet.FRECHET, "features", frechet.frechet(of_reference, of_part)))
-            results.append((frechet.KID, "features", frechet.kid(of_reference, of_part)))
+        for name, extract in features.items():
+            of_part = extract(part.images)
+            results.append((f"Frechet-{name}", "features", frechet(of_reference[name], of_part)))
+            results.append((f"KID-{name}", "features", kid(of_reference[name], of_part)))
         rows += [(method, protocol, draw, *result, len(reference), size) for result in results]
     return pd.DataFrame(rows, columns=COLUMNS)
 

@@ -1,5 +1,7 @@
 """The stages of evaluation: from the stores and the files of samples to rows of scores and of novelty."""
 
+import functools
+
 import h5py
 import numpy as np
 import torch
@@ -10,6 +12,7 @@ from neumat.brdf.sources import read_sources
 from neumat.errors import NeumatError
 from neumat.fields.field import evaluate
 from neumat.fields.store import read_neumerl
+from neumat.metrics import frechet, inception
 from neumat.metrics.materials import MaterialSet, metric_entries
 from neumat.metrics.novelty import novelty
 from neumat.metrics.score import score
@@ -92,13 +95,20 @@ def coarse_positions(entries, stride):
     return np.where(entries[positions] == below, positions, np.arange(len(entries)))
 
 
-def score_method(protocol, method, samples_path, draws, size):
-    """Return the rows of scores and the rows of novelty of one method; `training-set` needs no samples."""
+def score_method(protocol, method, samples_path, draws, size, inception_path):
+    """Return the rows of scores and the rows of novelty of one method; `training-set` needs no samples.
+
+    inception_path: pytorch-fid's weights (`neumat.metrics.inception`); empty scores without Inception's features.
+    """
+    features = {frechet.NAME: frechet.features}
+    if inception_path:
+        weights = inception.read_weights(inception_path)
+        features[inception.NAME] = functools.partial(inception.features, weights=weights)
     if method == TRAINING_SET:
         samples = protocol.training_draws(draws, size)
     else:
         samples = protocol.samples(samples_path)
     reference = protocol.materials(protocol.reference)
     training = protocol.materials(protocol.train, pictures=False)
-    scores = score(reference, samples, draws, method, protocol.name)
+    scores = score(reference, samples, draws, method, protocol.name, features)
     return scores, novelty(reference, samples, training, method, protocol.name)

@@ -5,6 +5,7 @@ from importlib import resources
 import numpy as np
 import pandas as pd
 
+from neumat.metrics import inception
 from neumat.metrics.novelty import novelty_summary
 from neumat.seeds import numpy_generator
 
@@ -30,7 +31,7 @@ _KEYS = ["method", "protocol", "metric", "distance", "n_ref", "n_samples"]
 
 
 def published():
-    """Return M3ashy's Table 2: method, metric, distance, value, comparable (False: other units or other features)."""
+    """Return M3ashy's Table 2: method, metric, distance, value, comparable (False: other units)."""
     with resources.files("neumat.reporting").joinpath("data/m3ashy_table2.csv").open() as file:
         return pd.read_csv(file)
 
@@ -77,11 +78,10 @@ def table2_markdown(table):
             f"{_label(row.method)}: {row.value:.3g} samples a draw were not finite." for row in broken.itertuples()
         ]
         if len(figures):
-            lines += [
-                "The published MMD on BRDF-L1 (in raw MERL counts) and FID (64 Inception features) are in other units: "
-                "not shown.",
-                "",
-            ]
+            missing = "The published MMD on BRDF-L1 is in raw MERL counts: not shown."
+            if f"Frechet-{inception.NAME}" not in set(part["metric"]):
+                missing += " Nor is FID (64 Inception features), which needs `evaluate.inception`."
+            lines += [missing, ""]
     return "\n".join(lines)
 
 

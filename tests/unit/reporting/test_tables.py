@@ -60,6 +60,14 @@ def test_markdown_puts_published_figures_beside_parity_only(score_files):
     assert rows[1:5] == ["training set", "hyperdiffusion (M3ashy)", "VAE-A", "mine"]
     assert "VAE-A: 1 samples a draw were not finite." in parity
     assert "KID-X" in parity
+    assert "FID" in parity and "FID" not in grouped
+
+
+def test_the_published_fid_stands_beside_the_same_features(score_files):
+    scores = pd.read_csv(score_files[2]).replace({"metric": {"KID-X": "Frechet-Inception64"}})
+    scores.to_csv(score_files[2], index=False)
+    text = table2_markdown(table2(score_files[:4]))
+    assert "| 0.1 [0.1, 0.1] (0.44) |" in text and "Nor is FID" not in text
 
 
 def test_published_figures():
@@ -70,6 +78,7 @@ def test_published_figures():
     assert value["training-set", "mmd", "rmse"] == 0.0754
     assert value["vae-a", "mmd", "neg_ssim"] == -0.268
     assert value["merl100", "cov", "neg_ssim"] == 22.5
+    assert value["hyperdiffusion", "Frechet-Inception64", "features"] == 0.44
 
 
 def test_novelty_table_joins_files(tmp_path):
