@@ -91,12 +91,12 @@ def token_groups(size, tokens):
     """Return the index tensors of the tokens of a vector of `size` numbers.
 
     tokens: "layer" (kernel and bias of each layer of the field) or "neuron" (incoming weights and bias of each
-    neuron), for raw weights only; or the length of a chunk, for any vector. Raises NeumatError otherwise.
+    neuron), for unrotated weights only; or the length of a chunk, for any vector. Raises NeumatError otherwise.
     """
     if isinstance(tokens, int) and tokens > 0:
         return list(torch.arange(size).split(tokens))
     if tokens not in ("layer", "neuron") or size != SIZE:
-        raise NeumatError("tokens", f"a chunk length, or layer or neuron for {SIZE} raw weights", (tokens, size))
+        raise NeumatError("tokens", f"a chunk length, or layer or neuron for {SIZE} unrotated weights", (tokens, size))
     layers = unpack(torch.arange(SIZE), WIDTHS)
     if tokens == "layer":
         return [torch.cat([kernel.flatten(), bias]) for kernel, bias in layers]

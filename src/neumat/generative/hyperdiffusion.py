@@ -70,6 +70,10 @@ class HyperDiffusion(GenerativeModel):
         ):
             if value not in known:
                 raise NeumatError(name, f"one of {', '.join(known)}", value)
+        tokens = self.network.get("tokens", "layer")  # as TokenTransformer has it
+        if self.denoiser == "transformer" and isinstance(tokens, str) and self.metric != "standard":
+            expected = f"a chunk length, or metric standard: {self.metric} rotates the weights"
+            raise NeumatError("tokens", expected, tokens)
 
     def _denoiser(self, size, seed=0):
         try:

@@ -6,7 +6,8 @@ from neumat.brdf.coordinates import cosines, half_difference
 from neumat.errors import NeumatError
 from neumat.fields.field import log_reflectance
 
-METRICS = ("variance", "effect")
+METRICS = ("variance", "effect", "standard")
+CONSTANT = 1e-8  # a weight of at most this standard deviation does not vary
 RIDGE = 1e-3  # of the mean of the metric's diagonal: keeps directions without any effect invertible
 
 
@@ -44,11 +45,13 @@ def _tone(shaded):
 
 
 class Coordinates:
-    """encode: (n, 675) -> (n, k), decode: back. Principal axes under a metric, scaled by std^-power.
+    """encode: (n, 675) -> (n, k), decode: back. Principal axes under a metric, scaled by std^-power; or the weights.
 
     metric "variance" measures each weight in its own standard deviations; "effect" also by what it does to the
     BRDF (`effect_metric`), so that equal steps are equally visible. power 1 whitens; 0 keeps the metric's lengths.
-    Coordinates have mean 0 and mean square 1. The fit is in float64.
+    metric "standard" measures as "variance" does and does not rotate: k is 675, coordinate i is weight i (0 where
+    that is constant), and components and power have no effect. It is the one in which layers and neurons persist.
+    Coordinates, constant ones left out, have mean 0 and mean square 1. The fit is in float64.
     """
 
     def __init__(self, mean, into, back):
@@ -56,11 +59,18 @@ class Coordinates:
 
     @classmethod
     def fit(cls, weights, components, metric, power, generator):
-        """Return the Coordinates of weights (n, 675) with at most `components` axes."""
+        """Return the Coordinates of weights (n, 675) with at most `components` axes.
+
+        Raises NeumatError for an unknown metric.
+        """
         if metric not in METRICS:
             raise NeumatError("metric", f"one of {', '.join(METRICS)}", metric)
         data = weights.double()
-        mean, std = data.mean(0), data.std(0).clamp_min(1e-8)
+        mean = data.mean(0)
+        if metric == "standard":
+            std = data.std(0, correction=0)
+            return cls(mean, torch.diag(torch.where(std > CONSTANT, 1 / std, 0)), torch.diag(std))
+        std = data.std(0).clamp_min(CONSTANT)
         z = (data - mean) / std
         root = inverse = torch.eye(z.shape[1], dtype=torch.float64)
         if metric == "effect":

@@ -38,6 +38,26 @@ def test_permuting_as_augmentation_is_training_on_all_permutations():
     assert augmented.sample(3, seed=1) == pytest.approx(explicit.sample(3, seed=1), abs=1e-6)
 
 
+@pytest.mark.parametrize("tokens", ["layer", "neuron"])
+def test_a_transformer_over_layers_or_neurons_samples_weights(tokens):
+    weights = 2 + 0.1 * torch.randn(20, SIZE, generator=torch.Generator().manual_seed(0))
+    weights[:, -1] = 0.5
+    network = {"tokens": tokens, "width": 16, "depth": 1, "heads": 2}
+    model = HyperDiffusion(denoiser="transformer", network=network, metric="standard", batch=8, steps=5, nfe=6)
+    samples = model.fit(dataset(weights), seed=0).sample(3, seed=1)
+    assert samples.shape == (3, SIZE) and np.isfinite(samples).all()
+    assert samples[:, -1] == pytest.approx([0.5] * 3)
+    assert samples.mean() == pytest.approx(2, abs=0.1)
+
+
+@pytest.mark.parametrize("metric", ["variance", "effect"])
+@pytest.mark.parametrize("network", [{"tokens": "layer"}, {"tokens": "neuron"}, {}])
+def test_rotated_coordinates_have_no_layers_or_neurons(metric, network):
+    with pytest.raises(NeumatError, match=f"metric standard: {metric} rotates the weights; found"):
+        HyperDiffusion(denoiser="transformer", network=network, metric=metric)
+    HyperDiffusion(denoiser="transformer", network={"tokens": 15}, metric=metric)
+
+
 @pytest.mark.parametrize("sampler", SAMPLERS)
 def test_a_sampler_spends_the_evaluations_it_is_given(sampler):
     model = HyperDiffusion(sampler=sampler, nfe=40)

@@ -43,6 +43,24 @@ def test_fewer_components_keep_the_directions_of_largest_variance(weights):
     assert (spread.diff() <= 0).all()
 
 
+def test_standard_coordinates_are_the_weights_one_by_one(weights):
+    weights = weights.clone()
+    weights[:, 5] = 0.1  # a mean that rounds, so its deviations may be tiny and not 0
+    coordinates = Coordinates.fit(weights, 4, "standard", 0.5, generator())
+    encoded = coordinates.encode(weights)
+    assert encoded.shape == weights.shape
+    assert torch.allclose(coordinates.decode(encoded), weights, atol=1e-6)
+    assert encoded.mean(0).abs().max() < 1e-6
+    square = encoded.double().square().mean(0)
+    assert square[5] == 0 and torch.allclose(square[torch.arange(SIZE) != 5], torch.ones(SIZE - 1).double(), atol=1e-5)
+    for i in (3, 5):  # no weight moves another's coordinate; one that never varied moves none and keeps its value
+        moved = weights.clone()
+        moved[:, i] += 1
+        change = coordinates.encode(moved) - encoded
+        assert (change.abs().sum(0) > 0).nonzero().flatten().tolist() == ([3] if i == 3 else [])
+    assert coordinates.decode(torch.randn(8, SIZE, generator=generator()))[:, 5] == pytest.approx([0.1] * 8)
+
+
 def constant_field(reflectance):
     """A field (1, 675) of one reflectance, 1/sr, in all directions."""
     weights = torch.zeros(1, SIZE)
