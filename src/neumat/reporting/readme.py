@@ -14,6 +14,12 @@ from neumat.reporting.tables import table2_markdown
 
 START, END = "<!-- results: made by `make readme` -->", "<!-- end of results -->"
 PAPERS = ["brdf_l1", "rmse", "neg_psnr", "neg_ssim"]
+CHARTS = {  # picture: what it shows
+    "fit-psnr.png": "Chart 1: rendered PSNR of the fits against the seconds that one material takes",
+    "fit.png": "Chart 1: held-out loss of the fits against the seconds that one material takes",
+    "sampling.png": "Chart 2: 1-NNA (RMSE) of the samples against the seconds of sampling",
+    "training.png": "Chart 2: 1-NNA (RMSE) of the samples against the seconds of training",
+}
 
 
 def machine():
@@ -27,24 +33,24 @@ def machine():
 
 
 def results(folder):
-    """Return the Markdown of the tables in `folder`: the run's cost, the fits, Table 2 under `parity`, novelty."""
+    """Return the Markdown of the tables in `folder`: the run's cost, the fits, Table 2 under `parity`, novelty.
+
+    Then generalisation and the charts. Raises FileNotFoundError where one of the three targets has not been made.
+    """
     tables = {name: pd.read_csv(folder / "tables" / f"{name}.csv") for name in ("run", "fit-summary", "unconditional")}
     novelty = pd.read_csv(folder / "tables" / "novelty.csv")
     run = tables["run"]
-    total = run[(run["stage"] == "run") & (run["job"] == "total")].iloc[0]
+    total, elapsed = run[run["stage"] == "run"].iloc[-2:].itertuples()
     lines = [
-        f"Made on {datetime.date.today()} by {machine()}: {total['cpu_s'] / 60:.0f} minutes of CPU time in all, "
-        f"peak {total['peak_mib'] / 1024:.1f} GiB in one job (`results/tables/run.csv`).",
+        f"Made on {datetime.date.today()} by {machine()}: {elapsed.wall_s / 60:.0f} minutes, {total.cpu_s / 60:.0f} "
+        f"minutes of CPU time, peak {total.peak_mib / 1024:.1f} GiB in one job (`results/tables/run.csv`).",
         "",
         "Fields against the tables that they were fitted to, over the 400 base materials:",
         "",
         _table(tables["fit-summary"]),
         "",
     ]
-    table = tables["unconditional"]
-    shown = table[(table["protocol"] == "parity") & table["distance"].isin(PAPERS)]
-    shown = shown[shown["metric"].isin(["one_nna", "cov"])]
-    lines += [table2_markdown(shown).replace("## parity", "### Table 2, protocol `parity`").replace("### 1", "#### 1")]
+    lines += [_table2(tables["unconditional"], "parity")]
     lines += ["All protocols, metrics and distances: `results/tables/unconditional.md`.", ""]
     keep = (novelty["protocol"] == "parity") & (novelty["distance"] == "brdf_l1_log")
     lines += [
@@ -53,8 +59,25 @@ def results(folder):
         "Distance (BRDF-L1-log) of samples to their nearest training material, beside the held-out materials' own:",
         "",
         _table(novelty[keep].drop(columns=["protocol", "distance"])),
+        "",
+        _table2(pd.read_csv(folder / "tables/generalisation.csv"), "generalisation"),
+        "### Speed and accuracy",
+        "",
+        "Of the fits of some materials; `speedup` is against the published loop, one material at a time:",
+        "",
     ]
+    fits = pd.read_csv(folder / "charts/fit.csv")
+    lines += [_table(fits[fits["family"].isin(["default", "paper"])].drop(columns="family"))]
+    for name, meaning in CHARTS.items():
+        lines += ["", f"![{meaning}]({folder}/charts/{name})"]
     return "\n".join(lines)
+
+
+def _table2(table, protocol):
+    """Return 1-NNA and COV of `table` under one protocol, on the paper's distances, as Markdown."""
+    shown = table[(table["protocol"] == protocol) & table["distance"].isin(PAPERS)]
+    text = table2_markdown(shown[shown["metric"].isin(["one_nna", "cov"])])
+    return text.replace("### ", "#### ").replace(f"## {protocol}", f"### Table 2, protocol `{protocol}`")
 
 
 def update(folder, readme):

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from neumat.errors import NeumatError
@@ -13,8 +14,9 @@ def run_table(folder):
     """Return stage, job, wall_s, cpu_s, peak_mib of every benchmark file (*.tsv) under `folder`, then totals.
 
     The stage is the first part of a file's path, the job the rest. After the jobs comes one row per stage with several
-    jobs and one for the run, with job "total": summed times and the highest peak of any one job. What Snakemake could
-    not measure (a job of a moment) is empty. Repeats of a benchmark are averaged.
+    jobs and one for the run, with job "total": summed times and the highest peak of any one job; last, with job
+    "elapsed", the wall time in which at least one job ran (a file's time of writing is its job's end). What Snakemake
+    could not measure (a job of a moment) is empty. Repeats of a benchmark are averaged.
     Raises NeumatError where there is no benchmark file, or one is not Snakemake's.
     """
     folder = Path(folder)
@@ -27,7 +29,17 @@ def run_table(folder):
         if len(group) > 1 or stage == "run":
             sums = group[["wall_s", "cpu_s"]].sum()
             totals.append({"stage": stage, "job": "total", **sums, "peak_mib": group["peak_mib"].max()})
+    ends = np.array([path.stat().st_mtime for path in paths])
+    totals.append({"stage": "run", "job": "elapsed", "wall_s": covered(ends - jobs["wall_s"].to_numpy(), ends)})
     return pd.concat([jobs, pd.DataFrame(totals)], ignore_index=True).round(2)
+
+
+def covered(starts, ends):
+    """Return the length of the union of intervals (n,) each."""
+    order = np.argsort(starts)
+    starts, ends = starts[order], ends[order]
+    before = np.concatenate([[-np.inf], np.maximum.accumulate(ends)[:-1]])
+    return np.clip(ends - np.maximum(starts, before), 0, None).sum()
 
 
 def _job(path, folder):

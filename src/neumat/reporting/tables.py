@@ -27,7 +27,7 @@ _TITLES = {
     "cov": "COV, % (higher is better)",
     "mmd": "MMD (lower is better)",
 }
-_KEYS = ["method", "protocol", "metric", "distance", "n_ref", "n_samples"]
+_KEYS = ["method", "protocol", "metric", "distance"]
 
 
 def published():
@@ -39,19 +39,26 @@ def published():
 def table2(score_csvs, seed=0, resamples=1000):
     """Return method, protocol, metric, distance, value, low, high, n_ref, n_samples from score files.
 
-    value is the mean over the draws, low and high its 95 % bootstrap interval over the draws (percentile, `resamples`):
-    it holds the chance of sampling, not that of which materials were held out. Rows keep the order of the files.
+    value is the mean over the draws, low and high its 95 % bootstrap interval over the draws (percentile, `resamples`).
+    The protocols fold0, fold1, ... become one, `generalisation`: value is the mean over folds and draws, and the
+    interval is over both, folds first. So it alone holds the chance of which materials were held out; the others hold
+    that of sampling only. n_ref and n_samples are those of a draw (the median fold's). Rows keep the files' order.
     """
     scores = pd.concat([pd.read_csv(path) for path in score_csvs], ignore_index=True)
+    scores = scores.assign(fold=scores["protocol"])
+    scores["protocol"] = scores["protocol"].str.replace(r"fold\d+", "generalisation", regex=True)
     rows = []
     for keys, group in scores.groupby(_KEYS, sort=False):
-        values = group["value"].to_numpy(float)
+        values = group.pivot(index="fold", columns="draw", values="value").to_numpy(float)
+        folds, draws = values.shape
         generator = numpy_generator(seed, "bootstrap", *keys)
-        means = values[generator.integers(0, len(values), (resamples, len(values)))].mean(1)
+        fold = generator.integers(0, folds, (resamples, folds, 1))
+        means = values[fold, generator.integers(0, draws, (resamples, folds, draws))].mean((1, 2))
         # By order, not by interpolation: that of two infinite values is not a number.
         low, high = np.quantile(means, [0.025, 0.975], method="nearest")
-        rows.append((*keys[:4], values.mean(), low, high, *keys[4:]))
-    return pd.DataFrame(rows, columns=[*_KEYS[:4], "value", "low", "high", *_KEYS[4:]])
+        sizes = group[["n_ref", "n_samples"]].median().astype(int)
+        rows.append((*keys, values.mean(), low, high, *sizes))
+    return pd.DataFrame(rows, columns=[*_KEYS, "value", "low", "high", "n_ref", "n_samples"])
 
 
 def table2_markdown(table):
@@ -61,10 +68,9 @@ def table2_markdown(table):
     """
     lines = []
     for protocol, part in table.groupby("protocol", sort=False):
-        sizes = ", ".join(
-            f"{r} held-out against {s} samples" for r, s in part[["n_ref", "n_samples"]].drop_duplicates().to_numpy()
-        )
-        lines += [f"## {protocol}", "", f"{sizes}; mean over draws [95 % interval over draws]"]
+        sizes = f"{part['n_ref'].iloc[0]} held-out against {part['n_samples'].iloc[0]} samples"
+        over = "folds and draws" if protocol == "generalisation" else "draws"
+        lines += [f"## {protocol}", "", f"{sizes}; mean over {over} [95 % interval over {over}]"]
         lines[-1] += "; (M3ashy's Table 2).\n" if protocol == "parity" else ".\n"
         figures = published() if protocol == "parity" else published().iloc[:0]
         broken = part[(part["metric"] == "nonfinite") & (part["value"] > 0)]

@@ -3,7 +3,7 @@ import pandas as pd
 import pytest
 
 from neumat.errors import NeumatError
-from neumat.reporting.run_table import run_table
+from neumat.reporting.run_table import covered, run_table
 from neumat.reporting.tables import LABELS, novelty_table, published, table2, table2_markdown
 
 
@@ -40,6 +40,21 @@ def test_mean_and_interval_over_draws(score_files):
     # A row's interval depends on no other row.
     alone = table2(score_files[:1])
     pd.testing.assert_frame_equal(alone, table.iloc[: len(alone)])
+
+
+def test_folds_become_one_protocol_whose_interval_holds_their_spread(tmp_path):
+    columns = ["method", "protocol", "draw", "metric", "distance", "value", "n_ref", "n_samples"]
+    levels, paths = [50, 60, 70, 80, 90], []
+    for k, level in enumerate(levels):
+        rows = [("m", f"fold{k}", draw, "mmd", "rmse", level + draw / 10, 118 + k, 120) for draw in range(3)]
+        paths.append(tmp_path / f"{k}.csv")
+        pd.DataFrame(rows, columns=columns).to_csv(paths[-1], index=False)
+    row = table2(paths).iloc[0]
+    assert len(table2(paths)) == 1 and row.protocol == "generalisation"
+    assert row.value == pytest.approx(70.1) and (row.n_ref, row.n_samples) == (120, 120)
+    # The draws of a fold agree, so the interval is that of a mean of five levels.
+    assert row.high - row.low == pytest.approx(2 * 1.96 * np.std(levels) / 5**0.5, rel=0.2)
+    assert "mean over folds and draws" in table2_markdown(table2(paths))
 
 
 def test_infinite_draws_stay_infinite(score_files):
@@ -116,6 +131,14 @@ def test_run_table(tmp_path):
     assert table.loc[("fit", "total")].tolist() == [10.1, 9.5, 300]
     assert table.loc[("run", "total")].tolist() == [12.6, 11.5, 300]
     assert ("sources", "total") not in table.index
+    # All three files end at the same moment, so the longest job covers the others.
+    assert table.loc[("run", "elapsed"), "wall_s"] == pytest.approx(10, abs=0.5)
+
+
+def test_covered_counts_overlaps_once_and_pauses_not_at_all():
+    starts, ends = np.array([5.0, 0.0, 1.0, 20.0]), np.array([8.0, 4.0, 2.0, 21.0])
+    assert covered(starts, ends) == 4 + 3 + 1
+    assert covered(np.array([0.0, 3.0]), np.array([4.0, 9.0])) == 9
 
 
 def test_run_table_refuses_other_files(tmp_path):
