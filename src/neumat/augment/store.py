@@ -1,8 +1,8 @@
 """The AugMERL store: 400 base materials in factored form, served as tables or as any subset of entries.
 
 A blend interpolates two sources linearly in PCA space. Projection is linear too, so a blend is the same mixture of
-its parents' projections: the store holds the projected source columns (3N, V), float16, and each base material
-needs two of them. The sources themselves stay as measured, in the source store beside it.
+its parents' projections: the store holds the projected source columns (3N, V), float16, contiguous, and each base
+material needs those of two sources. The sources themselves stay as measured, in the source store beside it.
 """
 
 import h5py
@@ -11,7 +11,7 @@ import numpy as np
 from neumat.augment.permutations import PERMUTATIONS, channel_order
 from neumat.brdf.coordinates import ENTRIES
 from neumat.brdf.merl import write_merl
-from neumat.brdf.sources import CHUNK, read_sources
+from neumat.brdf.sources import BLOCK, channels, read_sources
 from neumat.errors import NeumatError
 from neumat.files import atomic_path, open_store
 
@@ -34,25 +34,23 @@ class AugMerl:
         self.parents, self.weight = self._file["parents"][:], self._file["weight"][:]
         self.n = len(self.parents)
 
-    def base_table(self, base):
-        """Return base material `base` at all entries, (3, V) float32, 1/sr."""
-        a, b = self.parents[base]
-        if a == b:
-            return self.sources.table(a).T
-        weight = np.float32(self.weight[base])
-        columns = self._file["columns"]
-        mixed = columns[3 * a : 3 * a + 3].astype(np.float32) * weight
-        mixed += columns[3 * b : 3 * b + 3].astype(np.float32) * (1 - weight)
-        return mixed
-
     def table(self, index):
         """Return material `index` = base * 6 + permutation at all entries, (V, 3) float32, 1/sr."""
-        base, permutation = divmod(index, len(PERMUTATIONS))
-        return self.base_table(base)[channel_order(PERMUTATIONS[permutation])].T
+        return self.values(index, slice(None))
 
     def values(self, index, positions):
         """Return material `index` at `positions` (m,) within `entries`, (m, 3) float32, 1/sr."""
-        return self.table(index)[positions]
+        base, permutation = divmod(index, len(PERMUTATIONS))
+        a, b = self.parents[base]
+        if a == b:
+            mixed = self.sources.values(a, positions).T
+        else:
+            weight = np.float32(self.weight[base])
+            mixed, other = (channels(self._file["columns"], parent, positions) for parent in (a, b))
+            mixed *= weight
+            other *= 1 - weight
+            mixed += other
+        return mixed[channel_order(PERMUTATIONS[permutation])].T
 
     def materialise(self, index, path):
         """Write material `index` as a dense MERL `.binary` file."""
@@ -72,14 +70,13 @@ def write_store(path, sources, coefficients, parents, weight, attributes):
     with atomic_path(path) as temporary, h5py.File(temporary, "w") as file:
         file["parents"], file["weight"] = parents, weight
         file.attrs.update(schema_version=SCHEMA, sources=sources.digest, **attributes)
-        chunks = (CHUNK[0], min(CHUNK[1], count))
-        columns = file.create_dataset("columns", (len(coefficients), count), np.float16, chunks=chunks)
-        for start in range(0, count, CHUNK[1]):
-            exact = sources.column_block(start, start + CHUNK[1]).astype(np.float32)
+        columns = file.create_dataset("columns", (len(coefficients), count), np.float16)
+        for start in range(0, count, BLOCK):
+            exact = sources.column_block(start, start + BLOCK).astype(np.float32)
             projected = coefficients @ exact.astype(np.float64)
             negative += int((projected < 0).sum())
             projected = projected.clip(0)
-            columns[:, start : start + CHUNK[1]] = projected
+            columns[:, start : start + BLOCK] = projected
             change = np.abs(np.log1p(projected) - np.log1p(exact))
             changed += change.sum()
             largest = max(largest, float(change.max()))

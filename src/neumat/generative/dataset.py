@@ -6,8 +6,7 @@ import torch
 from neumat.augment.manifest import protocol_indices, read_manifest
 from neumat.augment.pca import projection
 from neumat.augment.permutations import PERMUTATIONS, channel_order
-from neumat.brdf.coordinates import GRID
-from neumat.brdf.sources import CHUNK, read_sources
+from neumat.brdf.sources import gram, read_sources
 from neumat.fields.store import read_neumerl
 from neumat.generative.base import Dataset
 
@@ -27,10 +26,10 @@ def training_dataset(neumerl, manifest, sources, protocol, components, model):
     if model.kind == "weights":
         return Dataset(weights, base, permutation, is_source)
     store = read_sources(sources)
-    full = grid_gram(store, 1)
+    full = gram(store)
     table = coefficients(rows, store.names, projection(full, components)[0])
-    gram = full if model.stride == 1 else grid_gram(store, model.stride)
-    return Dataset(weights, base, permutation, is_source, table, gram)
+    products = full if model.stride == 1 else gram(store, model.stride)
+    return Dataset(weights, base, permutation, is_source, table, products)
 
 
 def coefficients(rows, names, projected):
@@ -48,14 +47,3 @@ def coefficients(rows, names, projected):
     plain = np.where((a == b)[:, None, None], measured[a], blends)
     order = np.array([channel_order(permutation) for permutation in rows["permutation"]])
     return np.take_along_axis(plain, order[:, :, None], axis=1)
-
-
-def grid_gram(store, stride):
-    """Return the inner products (3N, 3N), float64, of the source columns over every stride-th entry of each axis."""
-    theta_h, theta_d, phi_d = np.unravel_index(store.entries, GRID)
-    kept = (theta_h % stride == 0) & (theta_d % stride == 0) & (phi_d % stride == 0)
-    total = np.zeros((3 * store.n, 3 * store.n))
-    for start in range(0, len(store.entries), CHUNK[1]):
-        block = store.column_block(start, start + CHUNK[1])[:, kept[start : start + CHUNK[1]]].astype(np.float64)
-        total += block @ block.T
-    return total

@@ -5,7 +5,7 @@ import h5py
 import numpy as np
 import pytest
 
-from neumat.brdf.coordinates import ENTRIES
+from neumat.brdf.coordinates import ENTRIES, GRID
 from neumat.brdf.merl import write_merl
 from neumat.brdf.sources import SOURCES, gram, read_sources, write_sources
 from neumat.errors import NeumatError
@@ -47,13 +47,17 @@ def test_keeps_the_entries_that_are_valid_in_every_source(store):
     block = sources.column_block(1000, 1010)
     assert block.shape == (6, 10) and block.dtype == np.float16
     np.testing.assert_array_equal(block[4], sources.table(1)[1000:1010, 1])
+    positions = np.array([7, 3, 7])
+    np.testing.assert_array_equal(sources.values(1, positions), sources.table(1)[positions])
 
 
 def test_gram(store):
     path, _ = store
     sources = read_sources(path)
     columns = sources.column_block(0, len(sources.entries)).astype(np.float64)
-    np.testing.assert_allclose(gram(path), columns @ columns.T, rtol=1e-12)
+    np.testing.assert_allclose(gram(sources), columns @ columns.T, rtol=1e-12)
+    coarse = columns[:, np.all(np.array(np.unravel_index(sources.entries, GRID)) % 2 == 0, axis=0)]
+    np.testing.assert_allclose(gram(sources, 2), coarse @ coarse.T, rtol=1e-12)
 
 
 def test_the_same_input_gives_the_same_digest(store, tmp_path, monkeypatch):
