@@ -23,11 +23,14 @@ from neumat.brdf.coordinates import above_horizon, cosines, grid_angles, half_di
 from neumat.errors import NeumatError
 from neumat.fields.field import log_reflectance
 from neumat.fields.layout import WIDTHS, unpack
+from neumat.fields.soap import Soap
 from neumat.files import atomic_path
 from neumat.seeds import torch_generator
 
-STEPS, BATCH, GROUP, LEARNING_RATE = 8000, 1024, 5, 6e-4
-SHARPNESS = 8.0
+STEPS, BATCH, GROUP, LEARNING_RATE = 11000, 512, 10, 6e-3
+GRID_SHARE = 0.75  # of a batch: drawn from the grid entries, the rest by uniform angles
+WARMUP = 0.05  # of the steps
+SHARPNESS = 36.0
 
 
 def read_teachers(path):
@@ -52,31 +55,41 @@ def read_teachers(path):
 
 
 def sample_directions(valid, generator):
-    """Return (theta_h, theta_d, phi_d), (BATCH,): half grid entries (dense in the highlight), half uniform angles."""
-    entries = valid[torch.randint(len(valid), (BATCH // 2,), generator=generator)]
+    """Return (theta_h, theta_d, phi_d), (BATCH,): grid entries (dense in the highlight) and uniform angles."""
+    dense = round(GRID_SHARE * BATCH)
+    entries = valid[torch.randint(len(valid), (dense,), generator=generator)]
     angles = torch.stack(grid_angles(entries), 1)
     uniform = torch.rand(4 * BATCH, 3, generator=generator) * torch.tensor([math.pi / 2, math.pi / 2, math.pi])
     cos_i, cos_o = cosines(*uniform.T)
-    uniform = uniform[(cos_i > 0) & (cos_o > 0)][: BATCH - BATCH // 2]
+    uniform = uniform[(cos_i > 0) & (cos_o > 0)][: BATCH - dense]
     return torch.cat([angles, uniform]).T
 
 
 def widen(teachers, generator):
-    """Return student layers that start near their teachers (n, 675): silu(S x) / S is near relu(x).
+    """Return student layers, (n, in + 1, out) with the bias as the last row, that start near their teachers (n, 675).
 
-    Every hidden layer holds the teacher's 21 units and fresh ones, whose outgoing weights start at 0.
+    silu(S x) / S is near relu(x). Every hidden layer holds the teacher's 21 units and fresh ones, whose outgoing
+    weights start at 0.
     """
     layers = []
     for k, (kernel, bias) in enumerate(unpack(teachers)):
         a, b = embedded.WIDTHS[k], embedded.WIDTHS[k + 1]
-        wide = (torch.rand(a, b, generator=generator) * 2 - 1).mul(math.sqrt(3 / a)).repeat(len(teachers), 1, 1)
-        wide[:, kernel.shape[1] :, : kernel.shape[2]] = 0
-        wide[:, : kernel.shape[1], : kernel.shape[2]] = kernel * (SHARPNESS, 1, 1 / SHARPNESS)[k]
-        offset = torch.zeros(len(teachers), b)
-        offset[:, : bias.shape[1]] = bias * (SHARPNESS, SHARPNESS, 1)[k]
-        layers.append([wide, offset])
-    layers[0][0][:, 1, : WIDTHS[1]] = 0  # the teacher's hy, always 0, is another input here
+        layer = torch.zeros(len(teachers), a + 1, b)
+        layer[:, :a] = (torch.rand(a, b, generator=generator) * 2 - 1).mul(math.sqrt(3 / a))
+        layer[:, kernel.shape[1] : a, : kernel.shape[2]] = 0
+        layer[:, : kernel.shape[1], : kernel.shape[2]] = kernel * (SHARPNESS, 1, 1 / SHARPNESS)[k]
+        layer[:, a, : bias.shape[1]] = bias * (SHARPNESS, SHARPNESS, 1)[k]
+        layers.append(layer)
+    layers[0][:, 1, : WIDTHS[1]] = 0  # the teacher's hy, always 0, is another input here
     return layers
+
+
+def learning_rate(step):
+    """Return the learning rate at `step`: a linear warm-up, then a half cosine down to 0."""
+    phase = step / STEPS
+    if phase < WARMUP:
+        return LEARNING_RATE * phase / WARMUP
+    return LEARNING_RATE * (1 + math.cos(math.pi * (phase - WARMUP) / (1 - WARMUP))) / 2
 
 
 def distil(teachers):
@@ -84,25 +97,22 @@ def distil(teachers):
     torch.set_num_threads(1)  # one process a core beats threads on matrices this small
     generator = torch_generator(1, "distil")
     valid = torch.nonzero(above_horizon())[:, 0]
-    layers = widen(teachers, generator)
-    parameters = [p.requires_grad_() for layer in layers for p in layer]
-    optimiser = torch.optim.Adam(parameters, lr=LEARNING_RATE)
-    schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, LEARNING_RATE, STEPS, pct_start=0.05)
-    for _ in range(STEPS):
+    parameters = [layer.requires_grad_() for layer in widen(teachers, generator)]
+    optimisers = [Soap(parameter) for parameter in parameters]
+    for step in range(STEPS):
         theta_h, theta_d, phi_d = sample_directions(valid, generator)
         inputs = half_difference(theta_h, theta_d, phi_d)
         cosine = cosines(theta_h, theta_d, phi_d)[0][:, None]
+        layers = [(layer[:, :-1], layer[:, -1]) for layer in parameters]
         with torch.no_grad():
             target = torch.log1p(torch.expm1(log_reflectance(teachers, inputs)).clamp_min(0) * cosine)
         found = torch.log1p(
             torch.expm1(embedded.forward(layers, embedded.encode(theta_h, theta_d, phi_d))).clamp_min(-0.5) * cosine
         )
-        loss = (found - target).abs().mean((1, 2))
-        optimiser.zero_grad(set_to_none=True)
-        loss.sum().backward()
-        optimiser.step()
-        schedule.step()
-    return [[p.detach() for p in layer] for layer in layers]
+        gradients = torch.autograd.grad((found - target).abs().mean((1, 2)).sum(), parameters)
+        for optimiser, gradient in zip(optimisers, gradients, strict=True):
+            optimiser.step(gradient, learning_rate(step))
+    return [(kernel.detach(), bias.detach()) for kernel, bias in layers]
 
 
 def main(argv=None):
