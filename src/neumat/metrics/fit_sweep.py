@@ -13,8 +13,10 @@ from neumat.fields.field import evaluate_inputs
 from neumat.fields.fit import Directions, first_field, fit
 from neumat.fields.layout import WIDTHS
 from neumat.fields.stages import load_values
+from neumat.generative.training import seeded
 from neumat.metrics.fit_quality import Pictures, compare_pictures
 from neumat.render.scene import to_srgb8
+from neumat.seeds import torch_generator
 
 PAPER = {"samples": 117_000_000, "schedule": "constant", "learning_rate": 5e-3, "batch_size": 512}
 PAPER |= {"highlight_share": 1.0, "precision": "float32"}
@@ -48,11 +50,13 @@ def variants(default):
 
 def published_rate(values, directions, seconds=5.0):
     """Return the samples per second of the published way to fit: one material, nn.Linear, autograd, Adam, batch 512."""
-    network = nn.Sequential(nn.Linear(6, 21), nn.ReLU(), nn.Linear(21, 21), nn.ReLU(), nn.Linear(21, 3))
+    with seeded(0, "published loop"):
+        network = nn.Sequential(nn.Linear(6, 21), nn.ReLU(), nn.Linear(21, 21), nn.ReLU(), nn.Linear(21, 3))
+    generator = torch_generator(0, "published loop")
     optimiser = torch.optim.Adam(network.parameters(), lr=5e-3)
     start, done = time.process_time(), 0
     while time.process_time() - start < seconds:
-        batch = directions.train[torch.randint(len(directions.train), (512,))]
+        batch = directions.train[torch.randint(len(directions.train), (512,), generator=generator)]
         cosine = directions.cosine[batch]
         found = torch.log1p(torch.expm1(network(directions.inputs[batch])).clamp_min(0) * cosine)
         loss = (found - torch.log1p(values[batch].float() * cosine)).abs().mean()
