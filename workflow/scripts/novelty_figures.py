@@ -1,7 +1,6 @@
 """The first samples beside their nearest training materials, and the heat map of distances to the held-out ones."""
 
-from neumat.metrics.distances import distance_table
-from neumat.metrics.materials import union
+from neumat.metrics.distances import between
 from neumat.metrics.novelty import nearest_training
 from neumat.metrics.stages import Protocol
 from neumat.reporting.figures import heat_map, nearest_figure
@@ -19,5 +18,4 @@ with stage(snakemake):
     shown = protocol.samples(store.samples)[:SHOWN].images
     nearest_figure(shown, protocol.materials(protocol.train[nearest]).images, snakemake.output.nearest)
     reference = protocol.materials(protocol.reference, pictures=False)
-    table = distance_table("msl", union(reference, samples))[: len(reference), len(reference) :]
-    heat_map(table, snakemake.output.heatmap, unit="mean squared log distance")
+    heat_map(between("msl", reference, samples), snakemake.output.heatmap, unit="mean squared log distance")

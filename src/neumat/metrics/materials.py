@@ -1,5 +1,6 @@
 """What the metrics see of a material: its values at fixed entries of the MERL grid, and its picture."""
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,7 +42,7 @@ class MaterialSet:
         """Return the materials at every step-th entry only, without pictures."""
         return MaterialSet(self.entries[::step], self.brdf[:, ::step])
 
-    @property
+    @functools.cached_property
     def finite(self):
         """Bool (n,): every value of the material is finite."""
         return torch.isfinite(self.brdf).flatten(1).all(1)

@@ -5,11 +5,11 @@ Copies of training materials score well on every set metric; this is where they 
 
 import pandas as pd
 
-from neumat.errors import NeumatError
-from neumat.metrics.distances import distance_table
+from neumat.metrics.distances import between
 from neumat.metrics.materials import union
 
 NOVELTY_DISTANCES = ("brdf_l1_log", "msl")
+NOVELTY_ENTRIES = 1024  # of the metric entries, evenly spread: enough for it
 NEAR_COPY_QUANTILE = 0.05
 HELD_OUT, SAMPLES = "held-out", "samples"
 
@@ -20,27 +20,21 @@ def nearest_training(materials, training, distance):
     materials, training: MaterialSet; distance: the name of a BRDF distance. Where no training material is at a
     finite distance, the distance is inf and the index 0.
     """
-    n = len(materials)
-    table = distance_table(distance, union(materials, training))[:n, n:]
-    nearest = table.nan_to_num(nan=float("inf")).min(1)
+    nearest = between(distance, materials, training).nan_to_num(nan=float("inf")).min(1)
     return nearest.values, nearest.indices
 
 
-def novelty(reference, samples, training, method, protocol, entries=1024):
+def novelty(reference, samples, training, method, protocol):
     """Return one row for every sample and every held-out reference material and each of NOVELTY_DISTANCES.
 
     Columns: method, protocol, set (samples or held-out), item, distance, value, nearest (index of the nearest training
-    material). Of the metric entries, about `entries` evenly spread ones are used. reference, samples, training:
-    MaterialSet (pictures are not needed). Raises NeumatError where entries is below 1.
+    material). reference, samples, training: MaterialSet (pictures are not needed).
     """
-    if entries < 1:
-        raise NeumatError("novelty entries", "a count of at least 1", entries)
-    step = max(1, len(training.entries) // entries)
-    probes = union(reference.thinned(step), samples.thinned(step))
+    probes = union(reference, samples)
     items = [(HELD_OUT, i) for i in range(len(reference))] + [(SAMPLES, i) for i in range(len(samples))]
     frames = []
     for distance in NOVELTY_DISTANCES:
-        value, index = nearest_training(probes, training.thinned(step), distance)
+        value, index = nearest_training(probes, training, distance)
         frame = pd.DataFrame(items, columns=["set", "item"])
         frames.append(frame.assign(distance=distance, value=value.numpy(), nearest=index.numpy()))
     result = pd.concat(frames, ignore_index=True)

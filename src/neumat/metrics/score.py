@@ -3,7 +3,7 @@
 import pandas as pd
 
 from neumat.errors import NeumatError
-from neumat.metrics.distances import DISTANCES, distance_table
+from neumat.metrics.distances import DISTANCES, Comparison, distance_tables
 from neumat.metrics.frechet import frechet, kid
 from neumat.metrics.materials import union
 from neumat.metrics.sets import cov, mmd, one_nna
@@ -24,10 +24,11 @@ def score(reference, samples, draws, method, protocol, features, distances=tuple
     if rest or not size:
         raise NeumatError(f"samples of {method}", f"a multiple of {draws}, the number of draws", len(samples))
     of_reference = {name: extract(reference.images) for name, extract in features.items()}
+    tables = _tables(reference, samples, size, distances)
     rows = []
     for draw in range(draws):
         part = samples[draw * size : (draw + 1) * size]
-        results = _set_metrics(reference, part, distances)
+        results = _set_metrics(tables, draw)
         results.append(("nonfinite", "none", int((~part.finite).sum())))
         for name, extract in features.items():
             of_part = extract(part.images)
@@ -37,16 +38,24 @@ def score(reference, samples, draws, method, protocol, features, distances=tuple
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
-def _set_metrics(reference, samples, distances):
+def _tables(reference, samples, size, distances):
+    """Return {name: (between reference and samples, within reference, [within each draw])} of every distance."""
     r = len(reference)
-    both = union(reference, samples)
+    both, first = union(reference, samples), slice(0, r)
+    parts = [slice(start, start + size) for start in range(r, len(both), size)]
+    compared = Comparison(both, [(first, slice(r, len(both))), (first, first), *zip(parts, parts, strict=True)])
+    tables = {name: distance_tables(name, compared) for name in distances}
+    return {name: (between, within, draws) for name, (between, within, *draws) in tables.items()}
+
+
+def _set_metrics(tables, draw):
     results = []
-    for name in distances:
-        table = distance_table(name, both)
-        between = table[:r, r:]
+    for name, (between, within, draws) in tables.items():
+        own = draws[draw]
+        between = between[:, draw * len(own) : (draw + 1) * len(own)]
         results += [
             ("mmd", name, mmd(between)),
             ("cov", name, PERCENT * cov(between)),
-            ("one_nna", name, PERCENT * one_nna(between, table[:r, :r], table[r:, r:])),
+            ("one_nna", name, PERCENT * one_nna(between, within, own)),
         ]
     return results

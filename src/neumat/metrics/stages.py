@@ -14,7 +14,7 @@ from neumat.fields.field import evaluate
 from neumat.fields.store import read_neumerl
 from neumat.metrics import frechet, inception
 from neumat.metrics.materials import MaterialSet, metric_entries
-from neumat.metrics.novelty import novelty
+from neumat.metrics.novelty import NOVELTY_ENTRIES, novelty
 from neumat.metrics.score import score
 from neumat.render.sphere import FrozenSphere, render_fields
 from neumat.render.tables import render_combinations, table_matrix
@@ -38,14 +38,15 @@ class Protocol:
         self.entries = metric_entries(self.store.entries, entries, seed)
         self.frozen = FrozenSphere(size)
 
-    def fields(self, weights, pictures=True):
-        """Return the MaterialSet of neural fields, weights (n, 675)."""
-        brdf = evaluate(weights, *grid_angles(self.entries))
-        return MaterialSet(self.entries, brdf, render_fields(self.frozen, weights) if pictures else None)
+    def fields(self, weights, pictures=True, step=1):
+        """Return the MaterialSet of neural fields, weights (n, 675), at every step-th metric entry."""
+        entries = self.entries[::step]
+        brdf = evaluate(weights, *grid_angles(entries))
+        return MaterialSet(entries, brdf, render_fields(self.frozen, weights) if pictures else None)
 
-    def materials(self, indices, pictures=True):
+    def materials(self, indices, pictures=True, step=1):
         """Return the MaterialSet of some of the 2400 materials."""
-        return self.fields(self.weights[torch.as_tensor(indices)], pictures)
+        return self.fields(self.weights[torch.as_tensor(indices)], pictures, step)
 
     def combinations(self, coefficients, pictures=True, stride=1):
         """Return the MaterialSet of tables, given as coefficients (n, 3, 3N) of the sources' columns.
@@ -54,13 +55,13 @@ class Protocol:
         """
         matrix, used = table_matrix(self.frozen, self.store.entries)
         held = coarse_positions(self.store.entries, stride)
-        positions, used = held[np.searchsorted(self.store.entries, self.entries)], held[used]
+        positions = held[np.concatenate([np.searchsorted(self.store.entries, self.entries), used])]
         values, queries = [], []
         for i in range(self.store.n):
-            table = torch.from_numpy(self.store.table(i))
-            values.append(table[positions])
+            table = torch.from_numpy(self.store.values(i, positions))
+            values.append(table[: len(self.entries)].clone())  # a view would keep the whole table
             if pictures:
-                queries.append(matrix @ table[used])
+                queries.append(matrix @ table[len(self.entries) :])
         brdf = (coefficients @ torch.cat(values, 1).T).clamp_min(0).transpose(1, 2).contiguous()
         images = render_combinations(self.frozen, torch.cat(queries, 1), coefficients) if pictures else None
         return MaterialSet(self.entries, brdf, images)
@@ -109,6 +110,7 @@ def score_method(protocol, method, samples_path, draws, size, inception_path):
     else:
         samples = protocol.samples(samples_path)
     reference = protocol.materials(protocol.reference)
-    training = protocol.materials(protocol.train, pictures=False)
     scores = score(reference, samples, draws, method, protocol.name, features)
-    return scores, novelty(reference, samples, training, method, protocol.name)
+    step = max(1, len(protocol.entries) // NOVELTY_ENTRIES)
+    training = protocol.materials(protocol.train, pictures=False, step=step)
+    return scores, novelty(reference.thinned(step), samples.thinned(step), training, method, protocol.name)

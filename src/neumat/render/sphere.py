@@ -11,14 +11,15 @@ import math
 import warnings
 
 import torch
+from scipy import sparse
 
 from neumat.brdf.coordinates import half_difference, rusinkiewicz
-from neumat.fields.layout import unpack
+from neumat.fields.field import reflectance, with_biases
 from neumat.render import scene
 from neumat.render.quadrature import STRATEGIES, hemisphere
 
-RINGS_AT_ONCE = 2  # the hidden layers of that many rings stay in the cache
-MATERIALS_AT_ONCE = 16
+MATERIALS_AT_ONCE = 16  # on one ring their hidden layers stay in the cache
+ROWS_AT_ONCE = 16  # of that many pictures
 
 
 class FrozenSphere:
@@ -46,16 +47,12 @@ class FrozenSphere:
 
     def pictures(self, values):
         """Return linear pictures (n, size, size, 3) of BRDF values (n, 3, queries), 1/sr, at this sphere's queries."""
-        return self.pixels(self.polar(values, slice(None)))
+        return self.from_rings(values.split(self.transfer.shape[2], 2))
 
-    def polar(self, values, rings):
-        """Return the radiance (rings, azimuths, 3n) of the values (n, 3, queries of these rings) of some rings."""
-        transfer = self.transfer[rings]
-        return torch.bmm(transfer, values.reshape(-1, len(transfer), transfer.shape[2]).permute(1, 2, 0))
-
-    def pixels(self, polar):
-        """Return linear pictures (n, size, size, 3) from the radiance (rings, azimuths, 3n) of all rings."""
-        flat = self.resampling @ polar.flatten(0, 1) + scene.BACKGROUND * (1 - self.coverage)
+    def from_rings(self, values):
+        """Return linear pictures (n, size, size, 3) of an iterable of BRDF values (n, 3, nodes), 1/sr, ring by ring."""
+        polar = [transfer @ ring.flatten(0, 1).T for transfer, ring in zip(self.transfer, values, strict=True)]
+        flat = self.resampling @ torch.cat(polar) + scene.BACKGROUND * (1 - self.coverage)
         return flat.view(self.size, self.size, -1, 3).permute(2, 0, 1, 3)
 
 
@@ -95,10 +92,12 @@ def _resampling(size, rings, azimuths, subpixels=8):
 
 def csr(rows, columns, values, shape):
     """Return a float32 CSR tensor of `shape`; entries given twice are added."""
+    # scipy sorts by counting, several times as fast as torch's coalesce.
+    summed = sparse.coo_array((values.numpy(), (rows.numpy(), columns.numpy())), shape).tocsr()
+    parts = (torch.from_numpy(part) for part in (summed.indptr, summed.indices, summed.data))
     with warnings.catch_warnings(), torch.sparse.check_sparse_tensor_invariants(True):
         warnings.filterwarnings("ignore", "Sparse CSR tensor support is in beta")
-        coo = torch.sparse_coo_tensor(torch.stack([rows, columns]), values.float(), shape)
-        return coo.coalesce().to_sparse_csr()
+        return torch.sparse_csr_tensor(*parts, shape).float()
 
 
 @torch.inference_mode()
@@ -110,19 +109,16 @@ def radiance_fields(frozen, weights):
 @torch.inference_mode()
 def render_fields(frozen, weights):
     """Return 8-bit sRGB pictures (n, size, size, 3) of neural fields (n, 675)."""
-    return torch.cat([scene.to_srgb8(_block(frozen, block)) for block in weights.split(MATERIALS_AT_ONCE)])
+    return torch.cat([quantised(_block(frozen, block)) for block in weights.split(MATERIALS_AT_ONCE)])
+
+
+def quantised(pictures):
+    """Return `scene.to_srgb8` of linear pictures (n, size, size, 3), by rows, which fit the cache."""
+    return torch.cat([scene.to_srgb8(rows) for rows in pictures.split(ROWS_AT_ONCE, 1)], 1)
 
 
 def _block(frozen, weights):
-    """Return linear pictures of a block of fields; the layers act on columns (features, queries), which is faster."""
-    layers = [(kernel.mT.contiguous(), bias[..., None]) for kernel, bias in unpack(weights)]
-    total, _, nodes = frozen.transfer.shape
-    polar = []
-    for start in range(0, total, RINGS_AT_ONCE):
-        rings = slice(start, min(start + RINGS_AT_ONCE, total))
-        x = frozen.inputs[:, rings.start * nodes : rings.stop * nodes].expand(len(weights), -1, -1)
-        for kernel, bias in layers[:-1]:
-            x = torch.baddbmm(bias, kernel, x).relu_()
-        x = torch.baddbmm(layers[-1][1], layers[-1][0], x).expm1_().clamp_min_(0)
-        polar.append(frozen.polar(x, rings))
-    return frozen.pixels(torch.cat(polar))
+    """Return linear pictures of a block of fields."""
+    layers = with_biases(weights)
+    inputs = torch.cat([frozen.inputs, torch.ones_like(frozen.inputs[:1])])
+    return frozen.from_rings(reflectance(layers, ring) for ring in inputs.split(frozen.transfer.shape[2], 1))

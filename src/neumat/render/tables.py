@@ -6,8 +6,7 @@ import torch
 
 from neumat.brdf.coordinates import ENTRIES, GRID, canonical_phi_d
 from neumat.errors import NeumatError
-from neumat.render import scene
-from neumat.render.sphere import csr
+from neumat.render.sphere import csr, quantised
 
 MATERIALS_AT_ONCE = 16
 
@@ -65,7 +64,7 @@ def radiance_tables(frozen, matrix, tables):
 @torch.inference_mode()
 def render_tables(frozen, matrix, tables):
     """Return 8-bit sRGB pictures (n, size, size, 3) of tables (U, 3n), as `radiance_tables` reads them."""
-    return scene.to_srgb8(radiance_tables(frozen, matrix, tables))
+    return quantised(radiance_tables(frozen, matrix, tables))
 
 
 @torch.inference_mode()
@@ -75,5 +74,6 @@ def render_combinations(frozen, values, coefficients):
     values: (queries, 3N), matrix @ columns of the sources, made once; coefficients (n, 3, 3N). Negative values are
     clamped to 0, as no material has them.
     """
+    rings = values.T.split(frozen.transfer.shape[2], 1)
     blocks = coefficients.split(MATERIALS_AT_ONCE)
-    return torch.cat([scene.to_srgb8(frozen.pictures((block @ values.T).clamp_min_(0))) for block in blocks])
+    return torch.cat([quantised(frozen.from_rings((block @ ring).clamp_min_(0) for ring in rings)) for block in blocks])

@@ -6,8 +6,15 @@ import torch
 from skimage.metrics import structural_similarity
 
 from neumat.brdf.coordinates import cosines, grid_angles
-from neumat.metrics.distances import DISTANCES, distance_table
-from neumat.metrics.ssim import pairwise_ssim
+from neumat.metrics.distances import DISTANCES, Comparison, between, distance_tables
+from neumat.metrics.ssim import ssim_tables
+
+WHOLE = [(slice(None), slice(None))]
+
+
+def distance_table(name, materials):
+    """All materials with all others."""
+    return distance_tables(name, Comparison(materials, WHOLE))[0]
 
 
 def expected(name, a, b):
@@ -36,7 +43,7 @@ def test_definition(make_set, name):
 
 @pytest.mark.parametrize("name", DISTANCES)
 def test_table_is_symmetric_and_copies_are_nearest(make_set, name):
-    materials = make_set(70)  # more than one block of rows
+    materials = make_set(70)
     materials = materials[torch.tensor([*range(70), 3])]
     table = distance_table(name, materials)
     assert torch.equal(table, table.T)
@@ -66,10 +73,22 @@ def test_one_broken_value_breaks_every_distance_of_the_material(make_set):
         assert broken[2].all() and broken[:, 2].all() and broken.sum() == 7
 
 
+@pytest.mark.parametrize("name", DISTANCES)
+def test_blocks_are_parts_of_the_whole_table(make_set, name):
+    materials = make_set(140)  # more than one tile
+    few, rest = slice(0, 10), slice(10, 140)
+    whole = distance_table(name, materials)
+    tables = distance_tables(name, Comparison(materials, [(few, rest), (rest, rest)]))
+    assert torch.equal(tables[1], tables[1].T)
+    for table, expected in zip(tables, (whole[few, rest], whole[rest, rest]), strict=True):
+        assert torch.allclose(table, expected, rtol=1e-6, atol=1e-7)
+    assert torch.equal(between(name, materials[few], materials[rest]), tables[0])
+
+
 @pytest.mark.parametrize("window", [3, 7])
 def test_ssim_equals_skimage(make_set, window):
     images = make_set(6, size=32).images
-    table = pairwise_ssim(images, window, step=1)
+    table = ssim_tables(images, WHOLE, window, step=1)[0]
     for i, j in [(0, 1), (5, 2), (3, 4)]:
         pair = images[i].numpy(), images[j].numpy()
         want = structural_similarity(*pair, win_size=window, channel_axis=-1, data_range=255)
@@ -83,6 +102,7 @@ def test_sampled_ssim_is_near_the_exact_one():
     sharpness = torch.logspace(0, 2, 12)
     shaded = torch.exp(-sharpness[:, None, None] * ((x - 0.2) ** 2 + (y + 0.3) ** 2))
     images = torch.where(disc, shaded * 200 + 20, 60.0).byte()[..., None].repeat(1, 1, 1, 3)
-    exact, sampled = pairwise_ssim(images, step=1), pairwise_ssim(images)
+    (exact,), (sampled,) = ssim_tables(images, WHOLE, step=1), ssim_tables(images, WHOLE)
     assert (exact - sampled).abs().max() < 5e-3
-    assert torch.equal(pairwise_ssim(images[:1].repeat(3, 1, 1, 1)), torch.ones(3, 3, dtype=torch.float64))
+    (same,) = ssim_tables(images[:1].repeat(3, 1, 1, 1), WHOLE)
+    assert torch.equal(same, torch.ones(3, 3, dtype=torch.float64))

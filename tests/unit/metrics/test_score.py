@@ -47,7 +47,7 @@ def test_uneven_draws_are_refused(make_set):
 def test_copies_show_as_near_copies(make_set):
     training, held_out = make_set(40), make_set(20, seed=1)
     samples = union(training[:5], make_set(5, seed=2))
-    rows = novelty(held_out, samples, training, "m", "p", entries=32)
+    rows = novelty(held_out.thinned(2), samples.thinned(2), training.thinned(2), "m", "p")
     copies = rows[(rows["set"] == SAMPLES) & (rows["item"] < 5)]
     assert (copies.value == 0).all() and (copies.nearest == copies["item"]).all()
     assert (rows[rows["set"] == HELD_OUT].value > 0).all()
