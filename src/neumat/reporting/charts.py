@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 from matplotlib.text import Text
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from neumat.errors import NeumatError
 from neumat.files import atomic_path
@@ -48,6 +49,9 @@ def frontier_chart(
     groups = table[group].astype(str).to_numpy() if group else np.array([""] * len(table))
     with figure(5.6, 3.6) as (drawn, axes):
         axes.set(xscale="log", xlabel=x_title or x, ylabel=y_title or y)
+        axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axes.xaxis.set_major_formatter("{x:g}")
+        axes.xaxis.set_minor_formatter(NullFormatter())
         axes.set_title(title)
         if not isinstance(goal, str):
             axes.axhline(goal, color=MUTED, linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)

@@ -9,7 +9,7 @@ import matplotlib.pyplot as plt
 
 # Okabe and Ito's palette, less the yellow, which is too light for lines on white.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")  # one more than colours: an eighth group differs from the first
 MUTED = "#767676"
 ACCENT = "#D55E00"
 
