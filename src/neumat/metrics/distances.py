@@ -16,8 +16,7 @@ from neumat.metrics.materials import MaterialSet, union
 from neumat.metrics.ssim import ssim_tables
 
 _PIXELS = 1 << 10  # picture values at a time
-_COLUMNS = 1 << 10  # BRDF values at a time, and
-_TILE = 120  # rows and columns of a table at a time: they fit a core's L2 cache
+_COLUMNS, _TILE = 1 << 10, 120  # BRDF values and materials at a time: they fit a core's L2 cache
 _ROUNDING = 1e-13  # of |x|^2 + |y|^2: below it a squared distance by matrix product is rounding, so 0
 
 
