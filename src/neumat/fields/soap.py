@@ -1,7 +1,8 @@
 """SOAP (Vyas et al. 2024): Adam in the eigenbasis of Shampoo's preconditioner, for batches of small matrices.
 
-Networks this small are badly conditioned and cheap to precondition: at equal cost it reaches a third to a fifth of
-Adam's error. Libraries precondition one matrix at a time; here each parameter holds the same layer of n networks.
+Networks this small are badly conditioned and cheap to precondition: over five materials and two starts, 2000 steps
+ended at 0.1 to 0.8 of the error of Adam, for about its cost. Libraries precondition one matrix at a time; here each
+parameter holds the same layer of n networks.
 """
 
 import torch
