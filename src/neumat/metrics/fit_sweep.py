@@ -24,7 +24,7 @@ SWEEP = {
     "samples": (0.125, 0.25, 0.5, 2),  # of the default
     "schedule": ("constant",),
     "precision": ("float32", "bfloat16"),
-    "batch_size": (256, 1024, 2048),
+    "batch_size": (256, 512, 1024),
     "highlight_share": (0.0, 0.25, 0.5, 0.75, 1.0),
     "width": (4, 8, 12, 32),
 }
