@@ -24,6 +24,7 @@ PROFILE = np.linspace(0, 1, 181) ** 2 * math.radians(60)  # on a square-root axi
 # Highlights by the light within the first theta_h above the level at the second: bright bodies are not flat enough for
 # one level. On the 100 sources the first shows the plastics that mirror lamps, the second wood and soft plastic too.
 SHARP, BROAD = np.radians([[2.5, 5], [15, 22]])
+VISIBLE = 1e-4  # of the diffuse lobe: a highlight below it is rounding
 LIGHT_ANGLE = math.radians(30)  # of the directional albedo
 # MERL's values are relative: its whitest paint reflects .33, a third of what paint does. A person adapts to that.
 WHITE = 0.4
@@ -43,15 +44,15 @@ def appearance(weights):
     peak to the diffuse lobe, and `spread`, within which half the light of the highlight lies (both pi / 2 without a
     highlight); `contrast` and `sharp_contrast` of the highlight, all of it and its sharp core, with the body.
     """
-    diffuse = math.pi * np.median(_values(weights, *np.meshgrid(DIFFUSE_THETA_H, DIFFUSE_THETA_D)), 1)
+    diffuse = diffuse_albedo(weights)
     albedo = directional_albedos(weights, [LIGHT_ANGLE])[:, 0].numpy()
     specular = np.maximum(albedo - diffuse, 0) @ LUMINANCE
     luminance = diffuse @ LUMINANCE
     metallic = (specular > METAL_SPECULAR) & (specular > METAL_RATIO * luminance)
     # A dielectric's highlight has the light's colour, not the body's; a metal has no other colour than its highlight's.
     lab = xyz2lab(np.where(metallic[:, None], albedo, diffuse) / WHITE @ xyz_from_rgb.T)
-    peak = _values(weights, np.zeros(len(PEAK_THETA_D)), PEAK_THETA_D) @ LUMINANCE
-    half_width, spread, sharp, broad = _highlight(weights, luminance / math.pi)
+    peak = reflectance(weights, np.zeros(len(PEAK_THETA_D)), PEAK_THETA_D) @ LUMINANCE
+    half_width, spread, sharp, broad = highlight(profiles(weights) @ LUMINANCE, luminance / math.pi)
     columns = {f"diffuse_{c}": diffuse[:, k] for k, c in enumerate("rgb")}
     columns |= {f"albedo_{c}": albedo[:, k] for k, c in enumerate("rgb")}
     columns |= {"specular": specular, "specular_ratio": specular / np.maximum(luminance, 1e-6), "metallic": metallic}
@@ -59,11 +60,17 @@ def appearance(weights):
     columns |= {"hue": np.degrees(np.arctan2(lab[:, 2], lab[:, 1])) % 360}
     columns |= {f"peak_{angle}": peak[:, k] for k, angle in enumerate(PEAK_THETA_D)}
     columns |= {"half_width": half_width, "spread": spread}
-    columns |= {"contrast": _contrast(broad, luminance), "sharp_contrast": _contrast(sharp, luminance)}
+    columns |= {"contrast": contrast(broad, luminance), "sharp_contrast": contrast(sharp, luminance)}
     return pd.DataFrame(columns)
 
 
-def _values(weights, theta_h, theta_d):
+def diffuse_albedo(weights):
+    """Return the albedo (n, 3) of the diffuse lobe of fields (n, 675): pi times the median of f away from the
+    highlight and the horizon."""
+    return math.pi * np.median(reflectance(weights, *np.meshgrid(DIFFUSE_THETA_H, DIFFUSE_THETA_D)), 1)
+
+
+def reflectance(weights, theta_h, theta_d):
     """Return f (n, m, 3) of fields at angles in degrees, with light and view on either side of the half vector's
     plane (phi_d = 90 degrees), where neither comes near the horizon."""
     theta_h, theta_d = (torch.deg2rad(torch.as_tensor(np.ravel(x), dtype=torch.float32)) for x in (theta_h, theta_d))
@@ -71,19 +78,24 @@ def _values(weights, theta_h, theta_d):
     return evaluate_inputs(weights, inputs).numpy()
 
 
-def _highlight(weights, diffuse):
+def profiles(weights):
+    """Return f (n, angles, 3), 1/sr, of fields (n, 675) across the highlight, at PROFILE."""
+    return reflectance(weights, np.degrees(PROFILE), np.full(len(PROFILE), PROFILE_THETA_D))
+
+
+def highlight(f, diffuse):
     """Return half_width and spread, radians, and the light of the highlight within SHARP and within BROAD, each (n,).
 
-    diffuse: (n,), the luminance of the diffuse lobe, 1/sr.
+    f: (n, angles), one channel or a mean of all at PROFILE, 1/sr. diffuse: (n,), that of the diffuse lobe.
     """
-    f = _values(weights, np.degrees(PROFILE), np.full(len(PROFILE), PROFILE_THETA_D)) @ LUMINANCE
     excess = np.maximum(f - diffuse[:, None], 0)
     below = excess <= excess[:, :1] / 2
     half_width = np.where(below.any(1), PROFILE[below.argmax(1)], PROFILE[-1])
     sharp, broad = (_light(f, *cone) for cone in (SHARP, BROAD))
     spread = PROFILE[(broad >= broad[:, -1:] / 2).argmax(1)]
     half_width, spread = (
-        np.where(light > 0, x, math.pi / 2) for light, x in ((excess[:, 0], half_width), (broad[:, -1], spread))
+        np.where(light > VISIBLE * diffuse, x, math.pi / 2)
+        for light, x in ((excess[:, 0], half_width), (broad[:, -1], spread))
     )
     return half_width, spread, sharp[:, -1], broad[:, -1]
 
@@ -99,7 +111,7 @@ def _light(f, within, base):
     return np.cumsum(above * solid_angle * 4 * cosine**2 * np.cos(PROFILE), 1)
 
 
-def _contrast(specular, diffuse):
+def contrast(specular, diffuse):
     """Return the perceived contrast (n,) of a highlight with the body: cbrt(rho_s + rho_d / 2) - cbrt(rho_d / 2)
     (Pellacini et al. 2000), relative to WHITE."""
     return np.cbrt((specular + diffuse / 2) / WHITE) - np.cbrt(diffuse / 2 / WHITE)
