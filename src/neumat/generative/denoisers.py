@@ -1,4 +1,7 @@
-"""Networks that a Denoiser wraps: network(x (n, k), c (n,)) -> (n, k), c a function of the noise level."""
+"""Networks that a Denoiser wraps: network(x (n, k), c (n,)) -> (n, k), c a function of the noise level.
+
+A conditional model adds the embedded request, `condition` (n, LEVEL_WIDTH), to the embedded level.
+"""
 
 import math
 
@@ -65,8 +68,8 @@ class ResidualMLP(nn.Module):
         nn.init.zeros_(self.leave.weight)
         nn.init.zeros_(self.leave.bias)
 
-    def forward(self, x, c):
-        level = self.level(c)
+    def forward(self, x, c, condition=0):
+        level = self.level(c) + condition
         hidden = self.enter(x)
         for block in self.blocks:
             hidden = block(hidden, level)
@@ -124,8 +127,8 @@ class TokenTransformer(nn.Module):
         self.norm = nn.LayerNorm(width)
         self.leave = nn.Parameter(torch.zeros(len(groups), width, longest))
 
-    def forward(self, x, c):
-        level = self.level(c)[:, None]
+    def forward(self, x, c, condition=0):
+        level = (self.level(c) + condition)[:, None]
         tokens = nn.functional.pad(x, (0, 1))[:, self.index]
         hidden = torch.einsum("btl,tlw->btw", tokens, self.enter) + self.position
         for attention, mlp in zip(self.attention, self.mlp, strict=True):

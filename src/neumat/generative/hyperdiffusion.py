@@ -1,5 +1,6 @@
 """Diffusion over the weight vectors of neural fields (Erkoc et al. 2023; M3ashy's unconditional model)."""
 
+import functools
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
@@ -83,7 +84,8 @@ class HyperDiffusion(GenerativeModel):
             raise NeumatError(f"network of {self.denoiser}", "its own arguments", error) from error
         return Denoiser(network.to(device()), self.preconditioning)
 
-    def _training_levels(self, generator):
+    def training_levels(self, generator):
+        """Return (batch,) noise levels of one training step."""
         if self.noise == "lognormal":
             return lognormal_sigmas(self.batch, self.log_mean, self.log_std, generator)
         if self.noise == "loguniform":
@@ -114,7 +116,7 @@ class HyperDiffusion(GenerativeModel):
             share = self.blend * torch.rand(self.batch, 1, generator=generator)
             clean = torch.lerp(data[rows[0]], data[rows[1]], share)
             noise = torch.randn(clean.shape, generator=generator)
-            return denoiser.loss(clean.to(on), self._training_levels(generator).to(on), noise.to(on))
+            return denoiser.loss(clean.to(on), self.training_levels(generator).to(on), noise.to(on))
 
         train(
             denoiser.network, loss, steps=self.steps, lr=self.lr, lr_end=self.lr_end, warmup=self.warmup,
@@ -124,22 +126,32 @@ class HyperDiffusion(GenerativeModel):
         network = {f"network.{name}": value.cpu() for name, value in denoiser.network.state_dict().items()}
         return {f"coordinates.{name}": value for name, value in coordinates.state().items()} | network
 
-    @torch.no_grad()
-    def _sample(self, n, seed):
+    def restored(self):
+        """Return (Coordinates, Denoiser) as fitted."""
         part = {
             prefix: {k.removeprefix(prefix): v for k, v in self.state.items() if k.startswith(prefix)}
             for prefix in ("coordinates.", "network.")
         }
         coordinates = Coordinates(**part["coordinates."])
-        size = coordinates.into.shape[1]
-        denoiser = self._denoiser(size)
+        denoiser = self._denoiser(coordinates.into.shape[1])
         denoiser.network.load_state_dict(part["network."])
         denoiser.network.eval()
+        return coordinates, denoiser
+
+    def _sample(self, n, seed):
+        coordinates, denoiser = self.restored()
+        return self.integrate(lambda x, sigma, rows: denoiser(x, sigma), coordinates, n, seed).numpy()
+
+    @torch.no_grad()
+    def integrate(self, denoise, coordinates, n, seed):
+        """Return weights (n, 675) sampled by `denoise(x, sigma, rows)`, rows the slice of the n that x stands for."""
+        size = coordinates.into.shape[1]
         sigmas = self._sampling_levels().to(device())
         samples = []
         for start in range(0, n, SAMPLE_BATCH):
             generator = torch_generator(seed, "sample", start, device=device())
-            rows = min(SAMPLE_BATCH, n - start)
-            x = torch.randn(rows, size, generator=generator, device=device()) * sigmas[0]
-            samples.append(coordinates.decode(SAMPLERS[self.sampler](denoiser, x, sigmas, generator).cpu()))
-        return torch.cat(samples).numpy()
+            rows = slice(start, min(start + SAMPLE_BATCH, n))
+            x = torch.randn(rows.stop - start, size, generator=generator, device=device()) * sigmas[0]
+            x = SAMPLERS[self.sampler](functools.partial(denoise, rows=rows), x, sigmas, generator)
+            samples.append(coordinates.decode(x.cpu()))
+        return torch.cat(samples)

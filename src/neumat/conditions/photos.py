@@ -1,0 +1,86 @@
+"""Pictures as conditions: a user's image files, and renders of the training materials made as varied as photos."""
+
+import math
+import warnings
+
+import numpy as np
+import torch
+from PIL import Image, ImageOps, UnidentifiedImageError
+
+from neumat.errors import NeumatError
+from neumat.render import scene
+from neumat.seeds import torch_generator
+
+SIZE = 128  # pixels of a picture before encoding
+SMALLEST, FLATTEST = 16, 2 / 255  # pixels along the shorter side; standard deviation of an image that shows something
+EXPOSURES, BALANCE = 0.7, 0.08  # stops to either side; standard deviation of the log gain of each channel
+CROPS = (0.35, 1.0)  # side of the crop as a share of the sphere's diameter
+
+
+def read_photo(path):
+    """Return an image file as uint8 sRGB (SIZE, SIZE, 3): its central square, transparency on mid grey.
+
+    Any format, bit depth and orientation that Pillow reads. Raises NeumatError for a missing, truncated or foreign
+    file, one of less than SMALLEST pixels along a side, and one that shows nothing (a single brightness).
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", Image.DecompressionBombWarning)
+            with Image.open(path) as file:
+                if min(file.size) < SMALLEST:
+                    raise NeumatError(path, f"an image of at least {SMALLEST} x {SMALLEST} pixels", file.size)
+                file.draft("RGB", (4 * SIZE, 4 * SIZE))  # a huge JPEG is read at a fraction of its size
+                image = ImageOps.exif_transpose(file)
+                image = ImageOps.fit(_rgb(image), (SIZE, SIZE), Image.Resampling.BOX, centering=(0.5, 0.5))
+    except (OSError, UnidentifiedImageError, SyntaxError, ValueError) as error:
+        raise NeumatError(path, "a whole image file", error) from error
+    except (Image.DecompressionBombWarning, Image.DecompressionBombError) as error:
+        raise NeumatError(path, f"an image of at most {Image.MAX_IMAGE_PIXELS} pixels", "a larger one") from error
+    pixels = np.array(image)
+    if (pixels / 255).std() < FLATTEST:
+        raise NeumatError(path, "a picture of a material", f"one even colour, {tuple(pixels[0, 0].tolist())}")
+    return torch.from_numpy(pixels)
+
+
+def _rgb(image):
+    """Return a Pillow image as RGB; 16-bit grey is scaled, not clipped, to 8 bits."""
+    if image.mode.startswith(("I", "F")):
+        grey = np.asarray(image, np.float64)
+        top = 65535 if image.mode.startswith("I") else max(grey.max(), 1e-12)
+        image = Image.fromarray((grey.clip(0, top) / top * 255).round().astype(np.uint8))
+    if "A" in image.getbands() or "transparency" in image.info:
+        image = image.convert("RGBA")
+        image = Image.alpha_composite(Image.new("RGBA", image.size, (119, 119, 119, 255)), image)
+    return image.convert("RGB")
+
+
+def turned(turn, tilt):
+    """Return `scene.environment` turned by `turn` about y, then by `tilt` about x (rad): another photo's lighting."""
+    cos_t, sin_t, cos_x, sin_x = math.cos(turn), math.sin(turn), math.cos(tilt), math.sin(tilt)
+    about_y = torch.tensor([[cos_t, 0, sin_t], [0, 1, 0], [-sin_t, 0, cos_t]], dtype=torch.float64)
+    about_x = torch.tensor([[1, 0, 0], [0, cos_x, -sin_x], [0, sin_x, cos_x]], dtype=torch.float64)
+
+    def environment(directions):
+        rotation = (about_x @ about_y).to(directions.dtype)
+        return scene.environment(directions @ rotation)
+
+    return environment
+
+
+def augmented(linear, seed, *names):
+    """Return uint8 sRGB (n, SIZE, SIZE, 3) of linear pictures (n, S, S, 3) of spheres: cropped about a random centre
+    within the sphere, exposed and white-balanced at random, as photos are. Random numbers by `seed` and `names`."""
+    n = len(linear)
+    generator = torch_generator(seed, "photos", *names)
+    u = torch.rand(n, 5, generator=generator)
+    side = (CROPS[0] + (CROPS[1] - CROPS[0]) * u[:, 0]) * scene.RADIUS
+    reach = (scene.RADIUS - side) * u[:, 1].sqrt()  # the crop's inscribed circle stays on the sphere
+    centre = reach[:, None] * torch.stack([(2 * math.pi * u[:, 2]).cos(), (2 * math.pi * u[:, 2]).sin()], 1)
+    axis = (torch.arange(SIZE) + 0.5) / SIZE * 2 - 1
+    y, x = torch.meshgrid(axis, axis, indexing="ij")
+    grid = torch.stack([x, y], -1) * side[:, None, None, None] + centre[:, None, None]
+    pictures = torch.nn.functional.grid_sample(
+        linear.permute(0, 3, 1, 2), grid, mode="bilinear", padding_mode="border", align_corners=False
+    )
+    gain = 2 ** (EXPOSURES * (2 * u[:, 3:4] - 1)) * torch.exp(BALANCE * torch.randn(n, 3, generator=generator))
+    return scene.to_srgb8((pictures * gain[..., None, None]).permute(0, 2, 3, 1))

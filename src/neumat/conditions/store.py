@@ -1,0 +1,112 @@
+"""The conditions of every material: its types, captions and pictures, the last two encoded, in one store."""
+
+import json
+from dataclasses import dataclass
+
+import h5py
+import numpy as np
+import pandas as pd
+import torch
+
+from neumat.augment.manifest import read_manifest
+from neumat.augment.permutations import PERMUTATIONS, channel_order
+from neumat.conditions.encoders import make_encoder
+from neumat.conditions.looks import colour_names
+from neumat.conditions.photos import augmented, turned
+from neumat.conditions.texts import captions, thing_of
+from neumat.conditions.types import read_types, type_names, type_rows
+from neumat.fields.store import read_neumerl
+from neumat.files import atomic_path, open_store
+from neumat.metrics.appearance import appearance
+from neumat.metrics.prompts import read_prompts
+from neumat.metrics.words import gloss_name
+from neumat.render.scene import to_srgb8
+from neumat.render.sphere import FrozenSphere, radiance_fields
+
+SCHEMA = 1
+SIZE, RINGS, AZIMUTHS = 96, 48, 64  # of the pictures that are cropped
+GOLDEN = 2.399963  # rad, the golden angle: lightings turned by its multiples are well spread
+TILT = 0.4  # rad, up and down in turn
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """The store's content: n materials in the manifest's order.
+
+    type (n, T) float32, see `type_rows`; types: the T names; facts: DataFrame with name, colour, gloss, thing, family;
+    captions: a list of p texts each; text (n, p, t) and image (n, a, i), float32, by the encoder of that id.
+    """
+
+    encoder: str
+    types: list
+    type: torch.Tensor
+    facts: pd.DataFrame
+    captions: list
+    text: torch.Tensor
+    image: torch.Tensor
+
+
+def make_conditions(neumerl, manifest, types, prompts, config, seed, progress=iter):
+    """Return the Conditions of all materials. neumerl, manifest, types, prompts: paths.
+
+    config: encoder, captions and pictures (how many of each a material), lightings.
+    """
+    rows, table = read_manifest(manifest), read_types(types)
+    weights = read_neumerl(neumerl).weights
+    encoder = make_encoder(config["encoder"])
+    facts = pd.DataFrame([thing_of(row, table) for row in rows.itertuples()], columns=["thing", "family"])
+    facts.insert(0, "name", rows["name"])
+    facts["gloss"] = gloss_name(appearance(weights))
+
+    images = []
+    for k in progress(range(config["pictures"])):
+        lighting = k % config["lightings"]
+        linear = _pictures(weights, lighting)
+        if k == 0:
+            facts["colour"] = colour_names(to_srgb8(linear))
+        images.append(encoder.encode_image(augmented(linear, seed, k)))
+
+    said = captions(facts, config["captions"], read_prompts(prompts)["prompt"], seed)
+    distinct = sorted({text for texts in said for text in texts})
+    number = {text: i for i, text in enumerate(distinct)}
+    encoded = encoder.encode_text(distinct)
+    text = encoded[torch.tensor([[number[text] for text in texts] for texts in said])]
+    known = torch.from_numpy(type_rows(rows, table))
+    return Conditions(encoder.id, type_names(table), known, facts, said, text, torch.stack(images, 1))
+
+
+def _pictures(weights, lighting):
+    """Return linear pictures (n, SIZE, SIZE, 3) of weights (n, 675), six permutations of each base, under one light.
+
+    The lights are grey, so a permuted material's picture is the permuted picture.
+    """
+    environment = turned(GOLDEN * lighting, TILT * (lighting > 0) * (-1) ** lighting)
+    bases = radiance_fields(FrozenSphere(SIZE, RINGS, AZIMUTHS, environment=environment), weights[:: len(PERMUTATIONS)])
+    orders = [channel_order(permutation) for permutation in PERMUTATIONS]
+    return torch.stack([bases[..., list(order)] for order in orders], 1).flatten(0, 1)
+
+
+def write_conditions(path, conditions):
+    """Write the store; embeddings as float16."""
+    with atomic_path(path) as temporary, h5py.File(temporary, "w") as file:
+        file["type"] = conditions.type.numpy()
+        file["captions"] = np.array(conditions.captions, dtype=object).astype(h5py.string_dtype())
+        for name in ("text", "image"):
+            file[name] = getattr(conditions, name).numpy().astype(np.float16)
+        for name, column in conditions.facts.items():
+            file[f"facts/{name}"] = list(column)
+        file.attrs.update(schema_version=SCHEMA, encoder=conditions.encoder, types=json.dumps(conditions.types))
+
+
+def read_conditions(path):
+    """Return the Conditions in `path`. Raises NeumatError for another file or schema version."""
+    with open_store(path, "a store of conditions", "captions", SCHEMA) as file:
+        return Conditions(
+            encoder=file.attrs["encoder"],
+            types=json.loads(file.attrs["types"]),
+            type=torch.from_numpy(file["type"][:]),
+            facts=pd.DataFrame({name: file[f"facts/{name}"].asstr()[:] for name in file["facts"]}),
+            captions=file["captions"].asstr()[:].tolist(),
+            text=torch.from_numpy(file["text"][:]).float(),
+            image=torch.from_numpy(file["image"][:]).float(),
+        )

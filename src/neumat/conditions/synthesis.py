@@ -1,0 +1,83 @@
+"""New materials on demand: from a type, a text, an image or a category, or several of them at once."""
+
+import logging
+
+import torch
+
+from neumat.conditions.encoders import encoder_of
+from neumat.conditions.photos import read_photo
+from neumat.conditions.projection import Projection
+from neumat.errors import NeumatError
+from neumat.generative.conditional import ConditionalDiffusion
+
+FARTHEST = 0.5  # cosine to the nearest training caption, below which a text is not about materials
+WORDS_READ = 128  # of a text; encoders read no further
+
+
+class Synthesiser:
+    """A conditional model with the encoders that its requests need.
+
+    Attributes: `types`, `categories`: the names that can be asked for. `model`: the ConditionalDiffusion.
+    """
+
+    def __init__(self, model):
+        self.model = model
+        self.types, self.categories = model.notes["types"], model.notes["categories"]
+        extra = dict(model.extra)
+        self.captions = extra.pop("captions")
+        self.projection = Projection(model.notes["encoder"], extra)
+        self.encoder = encoder_of(model.notes["encoder"])
+
+    @classmethod
+    def load(cls, path):
+        """Read the checkpoint that the rule `tune` wrote. Raises NeumatError for another file."""
+        return cls(ConditionalDiffusion.load(path))
+
+    def synthesise(self, n, seed, guidance, **request):
+        """Return (weights (n, 675) of valid BRDFs, how many were drawn for them).
+
+        request: see `request`. Raises NeumatError for a request that cannot be met.
+        """
+        return self.model.sample(n, seed, self.request(**request), guidance)
+
+    def request(self, type=None, category=None, text=None, image=None):
+        """Return {modality: row (1, size)} for what is not None.
+
+        type, category: a name; text: words; image: the path of an image file, or a picture uint8 (H, W, 3). Raises
+        NeumatError for an unknown name, an empty text or an image that shows nothing; warns of texts that are far
+        from all that the model was trained on, or too long.
+        """
+        rows = {}
+        if type is not None:
+            rows["type"] = _one_hot("type", type, self.types)
+        if category is not None:
+            rows["category"] = _one_hot("category", category, self.categories)
+        if text is not None:
+            rows["text"] = self.texts([text])
+        if image is not None:
+            picture = image if isinstance(image, torch.Tensor) else read_photo(image)
+            rows["image"] = self.images(picture[None])
+        return rows
+
+    def texts(self, texts):
+        """Return the embeddings (n, size) of texts. Raises NeumatError for an empty one."""
+        for text in texts:
+            if not text.strip():
+                raise NeumatError("text", "words", "an empty text")
+            if len(text.split()) > WORDS_READ:
+                logging.warning("text: only its first %d words are read, of %d", WORDS_READ, len(text.split()))
+        features = self.encoder.encode_text([" ".join(text.split()[:WORDS_READ]) for text in texts])
+        for text, nearest in zip(texts, (features @ self.captions.float().T).amax(1).tolist(), strict=True):
+            if nearest < FARTHEST:
+                logging.warning("text %.40r: unlike any description of a material (similarity %.2f)", text, nearest)
+        return self.projection.text(features)
+
+    def images(self, pictures):
+        """Return the embeddings (n, size) of uint8 sRGB pictures (n, H, W, 3)."""
+        return self.projection.image(self.encoder.encode_image(pictures))
+
+
+def _one_hot(kind, name, names):
+    if name not in names:
+        raise NeumatError(kind, f"one of {', '.join(names)}", repr(name))
+    return torch.eye(len(names))[names.index(name)][None]

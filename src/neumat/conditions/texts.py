@@ -1,0 +1,77 @@
+"""Captions of materials: truthful descriptions in many wordings, for the text condition.
+
+M3ashy (section 4.4) takes the description from the material's name, drops colour words of permuted materials and
+calls a blend "a mixture of A and B". Here the colour of every material, permuted or not, is named from its picture
+(`looks.py`) and its gloss from its BRDF (`neumat.metrics.words`), so that captions are true and tell colours apart.
+"""
+
+from neumat.conditions.looks import WORDS
+from neumat.seeds import numpy_generator
+
+GLOSS = {
+    "matte": ("matte", "dull", "flat", "rough", "non-reflective"),
+    "satin": ("satin", "semi-gloss", "soft-sheen"),
+    "glossy": ("glossy", "shiny", "specular", "smooth"),
+    "mirror": ("mirror-like", "highly polished", "very shiny", "highly specular", "reflective"),
+}
+# What a caption is made of; each wording leaves something out, as people do.
+WORDINGS = (
+    "{colour} {thing}",
+    "{gloss} {colour} {thing}",
+    "a {gloss} {thing} in {colour}",
+    "{thing}, {colour} and {gloss}",
+    "{gloss} {thing}",
+    "{thing}",
+    "a material of {colour} {thing}",
+    "{colour} {family}",
+    "{gloss} {colour} {family}",
+    "{gloss} {family}",
+    "{family}, {colour}",
+    "{colour}",
+    "{colour} material",
+    "{gloss} {colour} surface",
+    "{gloss}",
+    "{gloss} material",
+    "a photo of {colour} {thing}",
+)
+
+
+def captions(facts, count, unseen, seed):
+    """Return a list of `count` captions for each row of `facts`, drawn by `seed` and the row's name.
+
+    facts: DataFrame with the columns name, colour (a key of WORDS), gloss (a key of GLOSS), thing (the description
+    without colour), family (empty where unknown). unseen: prompts that no caption may contain, so that they test what
+    was not trained on.
+    """
+    unseen = [prompt.lower() for prompt in unseen]
+    return [_of_one(row, count, unseen, numpy_generator(seed, "captions", row.name)) for row in facts.itertuples()]
+
+
+def thing_of(material, types):
+    """Return (thing, family) of a row of the manifest: the description of its source, or of both parents' mixture.
+
+    types: see `conditions.types.read_types`; a source that it does not name is called by its own name.
+    """
+    parents = [material.parent_a, material.parent_b]
+    things = [types["description"].get(name, name.replace("-", " ").replace("_", " ")) for name in parents]
+    families = [types["family"].get(name, "") for name in parents]
+    if parents[0] == parents[1]:
+        return things[0], families[0]
+    family = families[0] if families[0] == families[1] else ""
+    return f"a mixture of {things[0]} and {things[1]}", family
+
+
+def _of_one(row, count, unseen, generator):
+    made = []
+    usable = [wording for wording in WORDINGS if row.family or "{family}" not in wording]
+    while len(made) < count:
+        wording = usable[generator.integers(len(usable))]
+        text = wording.format(
+            colour=generator.choice(WORDS[row.colour]),
+            gloss=generator.choice(GLOSS[row.gloss]),
+            thing=row.thing,
+            family=row.family,
+        )
+        if not any(prompt in text for prompt in unseen):
+            made.append(text)
+    return made

@@ -1,0 +1,57 @@
+"""The conditional model of the parity protocol, from the stores."""
+
+import pandas as pd
+import torch
+from safetensors import safe_open
+from torch.nn.functional import normalize
+
+from neumat.augment.manifest import protocol_indices, read_manifest
+from neumat.brdf.categories import CATEGORIES
+from neumat.conditions.projection import Projection
+from neumat.conditions.store import read_conditions
+from neumat.fields.store import read_neumerl
+from neumat.generative.conditional import ConditionalDiffusion, Tuning
+from neumat.generative.hyperdiffusion import HyperDiffusion
+
+PROTOCOL = "parity"
+LANDMARKS = 2000  # captions kept in the checkpoint, to tell texts about materials from others
+
+
+def read_projection(path):
+    """Return the Projection that the rule `projection` wrote."""
+    with safe_open(path, "pt") as file:
+        return Projection(file.metadata()["encoder"], {name: file.get_tensor(name) for name in file.keys()})
+
+
+def training_conditions(conditions, projection, category, train):
+    """Return {modality: tensor} of the materials `train` (n,), as ConditionalDiffusion.fit takes them.
+
+    category (N, C), bool, of all materials.
+    """
+    return {
+        "type": conditions.type[train],
+        "category": torch.as_tensor(category[train]).float(),
+        "text": projection.text(conditions.text[train]),
+        "image": projection.image(conditions.image[train]),
+    }
+
+
+def tune(paths, tuning, sampling, seed, progress, checkpoint):
+    """Return the fitted ConditionalDiffusion, which carries its projection and the names that can be asked for.
+
+    paths: neumerl, manifest, conditions, projection, categories, model (the unconditional one). tuning, sampling: dicts.
+    """
+    train, _ = protocol_indices(read_manifest(paths["manifest"]), PROTOCOL)
+    conditions, projection = read_conditions(paths["conditions"]), read_projection(paths["projection"])
+    category = pd.read_csv(paths["categories"])[list(CATEGORIES)].to_numpy(bool)
+    base = HyperDiffusion.load(paths["model"])
+    base.sampler, base.nfe = sampling["sampler"], sampling["nfe"]
+    notes = {"encoder": conditions.encoder, "types": conditions.types, "categories": list(CATEGORIES)}
+    spread = conditions.text[train].flatten(0, 1).unique(dim=0)
+    landmarks = normalize(spread[:: max(1, len(spread) // LANDMARKS)]).half()
+    model = ConditionalDiffusion(base, Tuning(**tuning), notes, projection.state | {"captions": landmarks})
+    return model.fit(
+        read_neumerl(paths["neumerl"]).weights[torch.as_tensor(train)],
+        training_conditions(conditions, projection, category, train),
+        seed, progress, checkpoint,
+    )  # fmt: skip

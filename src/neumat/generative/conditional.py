@@ -1,0 +1,234 @@
+"""Diffusion under conditions: the unconditional model fine-tuned on requests, and classifier-free guidance."""
+
+import functools
+import json
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import torch
+from safetensors import SafetensorError, safe_open
+from safetensors.torch import save_file
+from torch import nn
+
+from neumat.errors import NeumatError
+from neumat.fields.validity import valid
+from neumat.files import atomic_path
+from neumat.generative.denoisers import LEVEL_WIDTH
+from neumat.generative.hyperdiffusion import HyperDiffusion
+from neumat.generative.schedule import Denoiser
+from neumat.generative.training import device, seeded, train
+from neumat.seeds import seed_for
+
+SCHEMA = "1"
+MODALITIES = ("type", "category", "text", "image")
+HIDDEN = 256
+ROUNDS = 8  # of drawing anew what was no valid BRDF
+
+
+class RequestEmbedding(nn.Module):
+    """What is asked for, as an addition to the embedded noise level: {modality: (n, size)} -> (n, LEVEL_WIDTH).
+
+    `present` (n, modalities), 0 or 1, says which modalities were given. The last layer starts at zero, so that
+    fine-tuning starts from the unconditional model.
+    """
+
+    def __init__(self, sizes):
+        super().__init__()
+        self.enter = nn.ModuleDict({name: nn.Linear(size, HIDDEN) for name, size in sizes.items()})
+        self.net = nn.Sequential(nn.SiLU(), nn.Linear(HIDDEN, HIDDEN), nn.SiLU(), nn.Linear(HIDDEN, LEVEL_WIDTH))
+        nn.init.zeros_(self.net[-1].weight)
+        nn.init.zeros_(self.net[-1].bias)
+
+    def forward(self, request, present):
+        parts = [present[:, k, None] * enter(request[name]) for k, (name, enter) in enumerate(self.enter.items())]
+        return self.net(sum(parts))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tuning:
+    """Hyperparameters of the fine-tuning. given: the probability that a modality is given in a training example (one
+    is always given); jitter: standard deviation of the noise on embedded texts and images, which lie on the unit
+    sphere; steps, batch, lr, warmup: see `training.train`."""
+
+    steps: int = 4000
+    batch: int = 256
+    lr: float = 1e-3
+    warmup: int = 100
+    given: float = 0.4
+    jitter: float = 0.4
+
+
+class ConditionalDiffusion:
+    """A fitted HyperDiffusion, and a copy of its network that was tuned to requests.
+
+    A request is {modality: tensor (n, size) or (1, size)} for any of MODALITIES: rows of type sum to 1 over the types
+    asked for, rows of category hold one 1, text and image are embeddings of unit length. Without any it is the unconditional
+    model itself. notes: a dict that JSON can hold, and extra: a dict of tensors, both kept in the checkpoint for
+    whoever makes requests.
+    """
+
+    def __init__(self, base, tuning, notes, extra):
+        self.base, self.tuning, self.notes, self.extra = base, tuning, notes, extra
+
+    def fit(self, weights, conditions, seed, progress=None, checkpoint=None):
+        """Tune the network to weights (n, 675) and their conditions; return self.
+
+        conditions: type (n, T); category (n, C), 0 or 1: a material may be in several; text (n, p, size) and image
+        (n, a, size), of which one is drawn at each use. See GenerativeModel.fit for the other arguments.
+        """
+        tuning = self.tuning
+        coordinates, denoiser = self.base.restored()
+        data = coordinates.encode(weights)
+        self.sizes = {name: conditions[name].shape[-1] for name in MODALITIES}
+        with seeded(seed, "request"):
+            request = RequestEmbedding(self.sizes)
+        on = device()
+        both = nn.ModuleDict({"network": denoiser.network, "request": request}).to(on)
+        base = replace(self.base, batch=tuning.batch)
+
+        def loss(generator):
+            given = _given(tuning.batch, tuning.given, generator)
+            rows = torch.randint(len(data), (tuning.batch,), generator=generator)
+            category, members = _members(conditions["category"], tuning.batch, generator)
+            rows = torch.where(given[:, MODALITIES.index("category")] > 0, members, rows)
+            asked = {"type": conditions["type"][rows], "category": category}
+            for name in ("text", "image"):
+                choice = torch.randint(conditions[name].shape[1], (tuning.batch,), generator=generator)
+                noise = torch.randn(tuning.batch, self.sizes[name], generator=generator)
+                asked[name] = conditions[name][rows, choice] + tuning.jitter / self.sizes[name] ** 0.5 * noise
+            asked = {name: rows.to(on) for name, rows in asked.items()}
+            network = functools.partial(both["network"], condition=both["request"](asked, given.to(on)))
+            clean = data[rows]
+            noise = torch.randn(clean.shape, generator=generator)
+            levels = base.training_levels(generator)
+            return Denoiser(network, base.preconditioning).loss(clean.to(on), levels.to(on), noise.to(on))
+
+        train(
+            both, loss, steps=tuning.steps, lr=tuning.lr, warmup=tuning.warmup, precision=self.base.precision,
+            seed=seed, progress=progress or (lambda steps: steps), checkpoint=checkpoint and Path(checkpoint),
+            identity=[asdict(self.base), asdict(tuning)],
+        )  # fmt: skip
+        self.state = {name: value.cpu() for name, value in both.state_dict().items()}
+        return self
+
+    def draw(self, n, seed, request, guidance=0.0):
+        """Return n weight vectors (n, 675), float32, as the sampler leaves them: some may be no valid BRDF.
+
+        guidance: w of M3ashy's algorithm 1, D = (1 + w) D(x | request) - w D(x). -1 is exactly the unconditional
+        model, 0 the conditional one. The algorithm is printed with three slips: alpha_t is a product of square roots
+        and gamma_t the product of those again, over an index that is also its bound, whereas its own last two lines
+        are those of DDIM (Song et al. 2021, eq. 12) for gamma_t = prod (1 - beta_s); and guidance is linear in the
+        predicted noise, so it is the same thing for D, which is what any of our samplers takes.
+
+        Raises NeumatError for a guidance below -1 or not finite, or a request that does not fit.
+        """
+        if not -1 <= guidance < float("inf"):
+            raise NeumatError("guidance", "a finite number of at least -1", guidance)
+        coordinates, unconditional = self.base.restored()
+        if not request or guidance == -1:
+            return self.base.integrate(lambda x, sigma, rows: unconditional(x, sigma), coordinates, n, seed)
+        network, embedding = self._restored(coordinates.into.shape[1])
+        with torch.no_grad():
+            condition = embedding(*self._filled(n, request))
+
+        def denoise(x, sigma, rows):
+            tuned = Denoiser(functools.partial(network, condition=condition[rows]), self.base.preconditioning)
+            wanted = tuned(x, sigma)
+            return wanted if guidance == 0 else wanted + guidance * (wanted - unconditional(x, sigma))
+
+        return self.base.integrate(denoise, coordinates, n, seed)
+
+    def sample(self, n, seed, request, guidance=0.0):
+        """Return (weights (n, 675) of valid BRDFs, how many were drawn for them). See `draw`.
+
+        What is no valid BRDF (`fields.validity.valid`) is drawn anew. Raises NeumatError where after ROUNDS rounds
+        some is still missing: the request or the guidance is beyond what the model can do.
+        """
+        weights, drawn = self.draw(n, seed, request, guidance), n
+        for round_ in range(1, ROUNDS):
+            broken = (~valid(weights)).nonzero()[:, 0]
+            if not len(broken):
+                return weights, drawn
+            again = {name: rows if len(rows) == 1 else rows[broken] for name, rows in request.items()}
+            weights[broken] = self.draw(len(broken), seed_for(seed, "again", round_), again, guidance)
+            drawn += len(broken)
+        broken = int((~valid(weights)).sum())
+        if broken:
+            raise NeumatError(f"{n} samples at guidance {guidance:g}", "valid BRDFs", f"{broken} broken ({drawn} drawn)")
+        return weights, drawn
+
+    def _filled(self, n, request):
+        """Return ({modality: (n, size)} with zeros where not asked, which were given (n, modalities))."""
+        filled = {}
+        for name in request:
+            if name not in self.sizes:
+                raise NeumatError("request", f"one of {', '.join(self.sizes)}", name)
+        for name, size in self.sizes.items():
+            rows = request.get(name, torch.zeros(1, size))
+            if rows.shape not in ((n, size), (1, size)) or not torch.isfinite(rows).all():
+                raise NeumatError(f"{name} of the request", f"finite rows ({n} or 1, {size})", tuple(rows.shape))
+            filled[name] = rows.expand(n, -1).to(device())
+        given = torch.tensor([[float(name in request) for name in self.sizes]], device=device())
+        return filled, given.expand(n, -1)
+
+    def _restored(self, size):
+        both = nn.ModuleDict({"network": self.base._denoiser(size).network, "request": RequestEmbedding(self.sizes)})
+        both.load_state_dict(self.state)
+        both.to(device()).eval()
+        return both["network"], both["request"]
+
+    def save(self, path):
+        """Write everything that sampling needs as safetensors: both networks, notes and extra tensors."""
+        metadata = {
+            "schema": SCHEMA,
+            "model": type(self).__name__,
+            "base": json.dumps(asdict(self.base)),
+            "tuning": json.dumps(asdict(self.tuning)),
+            "notes": json.dumps(self.notes),
+            "sizes": json.dumps(self.sizes),
+        }
+        groups = {"base": self.base.state, "tuned": self.state, "extra": self.extra}
+        tensors = {f"{group}/{k}": v.contiguous() for group, members in groups.items() for k, v in members.items()}
+        with atomic_path(path) as temporary:
+            save_file(tensors, temporary, metadata)
+
+    @classmethod
+    def load(cls, path):
+        """Read a model that `save` wrote. Raises NeumatError for another file, class or schema version."""
+        try:
+            with safe_open(path, "pt") as file:
+                metadata = file.metadata() or {}
+                tensors = {name: file.get_tensor(name) for name in file.keys()}
+        except (OSError, SafetensorError) as error:
+            raise NeumatError(path, "a saved conditional model", error) from error
+        for key, expected in (("schema", SCHEMA), ("model", cls.__name__)):
+            if metadata.get(key) != expected:
+                raise NeumatError(path, f"{key} {expected}", metadata.get(key))
+        base, tuning, notes, sizes = (json.loads(metadata[key]) for key in ("base", "tuning", "notes", "sizes"))
+        groups = {"base": {}, "tuned": {}, "extra": {}}
+        for name, value in tensors.items():
+            group, key = name.split("/", 1)
+            groups[group][key] = value
+        model = cls(HyperDiffusion(**base), Tuning(**tuning), notes, groups["extra"])
+        model.base.state, model.state, model.sizes = groups["base"], groups["tuned"], sizes
+        return model
+
+
+def _given(n, probability, generator):
+    """Return float (n, modalities): each modality given with `probability`, and one at random where none was."""
+    given = torch.rand(n, len(MODALITIES), generator=generator) < probability
+    one = torch.randint(len(MODALITIES), (n,), generator=generator)
+    given[torch.arange(n), one] |= ~given.any(1)
+    return given.float()
+
+
+def _members(category, n, generator):
+    """Return (one-hot categories (n, C), a member of each (n,)) of membership (m, C): a category that is not empty
+    drawn evenly, then one of its members, so that the model learns what a category holds, however rare it is."""
+    counts = category.sum(0).long()
+    filled = counts.nonzero()[:, 0]
+    chosen = filled[torch.randint(len(filled), (n,), generator=generator)]
+    ordered = category.T.nonzero()[:, 1]  # the members of the first category, then of the second, ...
+    start = counts.cumsum(0) - counts
+    position = start[chosen] + (torch.rand(n, generator=generator) * counts[chosen]).long()
+    return nn.functional.one_hot(chosen, category.shape[1]).float(), ordered[position]

@@ -1,0 +1,9 @@
+"""Tune the unconditional model to requests; an interrupted run resumes from its checkpoint."""
+
+from neumat.conditions.training import tune
+from neumat.stage import progress, stage
+
+with stage(snakemake):
+    params = snakemake.params
+    model = tune(dict(snakemake.input), params.tuning, params.sampling, params.seed, progress, params.checkpoint)
+    model.save(snakemake.output[0])
