@@ -10,8 +10,17 @@ from neumat.brdf.coordinates import rusinkiewicz
 def directional_albedo(material, theta_i, resolution=256):
     """Return the share (3,), float64, of light from the polar angle `theta_i` that the material reflects.
 
-    Above 1 the material creates energy. Midpoint quadrature over half vectors, whose square-root spacing in
-    theta_h puts the points where highlights are: dw_o = 4 (w_i . h) dh (Walter et al. 2007, eq. 14).
+    Above 1 the material creates energy.
+    """
+    *angles, weight = albedo_quadrature(theta_i, resolution)
+    return weight @ material.eval(*angles).double()
+
+
+def albedo_quadrature(theta_i, resolution=256):
+    """Return (theta_h, theta_d, phi_d) float32 and weight float64, each (m,): weight @ f is the directional albedo.
+
+    Midpoint quadrature over half vectors, whose square-root spacing in theta_h puts the points where highlights are:
+    dw_o = 4 (w_i . h) dh (Walter et al. 2007, eq. 14).
     """
     u = (torch.arange(resolution, dtype=torch.float64) + 0.5) / resolution
     theta_h, phi_h = u**2 * (math.pi / 2), u * math.pi  # the other half of phi_h is its mirror image
@@ -25,5 +34,5 @@ def directional_albedo(material, theta_i, resolution=256):
     dh = sin_h * torch.sqrt(2 * math.pi * theta_h) * (2 * math.pi / resolution**2)
     weight = 4 * cos_d[:, 0] * wo[:, 2] * dh
     reached = (cos_d[:, 0] > 0) & (wo[:, 2] > 0)
-    values = material.eval(*(angle.float() for angle in rusinkiewicz(wi[reached], wo[reached])))
-    return (values.double() * weight[reached, None]).sum(0)
+    angles = rusinkiewicz(wi[reached], wo[reached])
+    return *(angle.float() for angle in angles), weight[reached]
