@@ -3,6 +3,7 @@
 import sys
 from math import ceil
 
+from neumat.brdf.categories import CATEGORIES, check_rules
 from neumat.config import inception_file, load, source_count, source_files
 from neumat.errors import NeumatError
 from neumat.provenance import digest
@@ -12,6 +13,7 @@ try:
     SOURCE_FILES = source_files(config["sources"])
     SOURCES = source_count(config["sources"])
     INCEPTION = inception_file(config["evaluate"])
+    check_rules(config["constrained"]["rules"])
 except NeumatError as error:
     sys.exit(str(error))
 
@@ -22,6 +24,7 @@ SOURCES_STORE = "results/sources/sources.h5"
 STORE = "results/augmerl/augmerl.h5"
 MANIFEST = "results/augmerl/manifest.tsv"
 NEUMERL = "results/neumerl/neumerl.h5"
+TYPES = f"{workflow.basedir}/config/types.tsv"
 # Materials that are fitted: every one, or one of each six that differ in the order of their colours.
 FITTED = range(
     0,
@@ -40,6 +43,10 @@ TARGETS = {
         "results/figures/nearest.png",
         "results/figures/heatmap.png",
         "results/figures/grid.png",
+        "results/tables/categories.csv",
+        "results/figures/kmeans.png",
+        "results/tables/constrained.csv",
+        *expand("results/constrained/{category}.png", category=CATEGORIES),
     ],
     "charts": ["results/charts/fit.csv", "results/charts/sampling.csv"],
     "generalisation": ["results/tables/generalisation.csv"],
@@ -53,6 +60,7 @@ scattergather:
 wildcard_constraints:
     protocol=r"parity|grouped|fold\d+",
     method="[a-z0-9-]+",
+    category="|".join(CATEGORIES),
 
 
 def code(script):

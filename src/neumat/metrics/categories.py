@@ -1,0 +1,138 @@
+"""Tables about the categories of reflectance: of each source, readings, overlap, agreement with names, k-means."""
+
+import numpy as np
+import pandas as pd
+from sklearn.cluster import KMeans
+
+from neumat.brdf.categories import CATEGORIES, categorise, check_rules, other_readings
+from neumat.brdf.statistics import CHANNELS
+from neumat.errors import NeumatError
+
+# What a material is called where it should be in a category, as a regular expression over its name, type and family.
+# Low- and mid-specular have no such words. "specular" and "phenolic" do not say plastic, the family does.
+WORDS = {
+    "diffuse": r"(?<!specular-)fabric\b|felt|matte|diffuse|foam|latex|(?:pure|blue|violet|neoprene)-rubber",
+    "metallic": r"\bmetal\b|metallic|silver|gold",
+    "high-specular": r"specular-|chrome",
+    "plastic": r"plastic",
+    "mirror": r"chrome|specular-",
+}
+PAPER_BOUNDARIES = (100, 600)  # M3ashy, appendix D.4, 1/sr
+CLUSTERS = 3
+
+
+def read_types(path, names):
+    """Return type, family and description (index: `names`) from a TSV; "unknown" where a name is not in it.
+
+    Raises NeumatError where a column is missing.
+    """
+    table = pd.read_csv(path, sep="\t", dtype=str)
+    missing = {"name", "type", "family", "description"} - set(table.columns)
+    if missing:
+        raise NeumatError(path, "columns name, type, family, description", f"none called {', '.join(sorted(missing))}")
+    return table.set_index("name").reindex(names).fillna("unknown")
+
+
+def source_table(statistics, types, rules):
+    """Return one row per source: name, type, family, a bool for each category, the statistics.
+
+    statistics: of the sources, with `name`; types: of `read_types`, in the same order.
+    """
+    check_rules(rules)
+    labels = types[["type", "family"]].reset_index(drop=True)
+    values = statistics.drop(columns="name")
+    return pd.concat([statistics[["name"]], labels, categorise(statistics, rules), values], axis=1)
+
+
+def readings_table(sources, fields, rules):
+    """Return what each reading of a rule changes: category, reading, and of the sources and of AugMERL how many
+    materials are in it and how many change sides against the chosen reading.
+
+    sources, fields: statistics with `name`, of the measured tables and of AugMERL's fields. The reading "field instead
+    of measured table" is the chosen one on the sources' fields.
+    """
+    chosen = categorise(sources, rules), categorise(fields, rules)
+    others = {name: [] for name in CATEGORIES}
+    both = zip(other_readings(sources, rules), other_readings(fields, rules), strict=True)
+    for (category, reading, of_sources), (_, _, of_fields) in both:
+        others[category].append((reading, of_sources, of_fields))
+    fitted = categorise(fields.set_index("name").loc[sources["name"]].reset_index(), rules)
+    rows = []
+    for category in CATEGORIES:
+        mine, theirs = (table[category] for table in chosen)
+        field = ("field instead of measured table", fitted[category], theirs)
+        for reading, a, b in [("chosen", mine, theirs), *others[category], field]:
+            rows.append((category, reading, a.sum(), (a != mine).sum(), b.sum(), (b != theirs).sum()))
+    columns = ["category", "reading", "sources", "sources_changed", "augmerl", "augmerl_changed"]
+    return pd.DataFrame(rows, columns=columns)
+
+
+def overlap_table(sources, fields, rules):
+    """Return how many materials of a row's category are in a column's: set (sources, augmerl), category, CATEGORIES."""
+    tables = []
+    for name, statistics in (("sources", sources), ("augmerl", fields)):
+        member = categorise(statistics, rules).to_numpy(int)
+        table = pd.DataFrame(member.T @ member, columns=CATEGORIES)
+        table.insert(0, "category", CATEGORIES)
+        table.insert(0, "set", name)
+        tables.append(table)
+    return pd.concat(tables, ignore_index=True)
+
+
+def names_table(table):
+    """Return how the categories of `source_table` agree with names: category, words, named, in_category, both,
+    precision (share of the category that is so named), recall (share of the so named in the category), and the names
+    on one side only, `unnamed` and `missed`. Categories without WORDS, and WORDS that no source has, are left out.
+    """
+    text = table["name"] + " " + table["type"] + " " + table["family"]
+    rows = []
+    for category, words in WORDS.items():
+        named, member = text.str.contains(words), table[category]
+        both = (named & member).sum()
+        if named.any():
+            rows.append(
+                {
+                    "category": category,
+                    "words": words,
+                    "named": named.sum(),
+                    "in_category": member.sum(),
+                    "both": both,
+                    "precision": both / member.sum() if member.any() else np.nan,
+                    "recall": both / named.sum(),
+                    "unnamed": " ".join(table["name"][member & ~named]),
+                    "missed": " ".join(table["name"][named & ~member]),
+                }
+            )
+    return pd.DataFrame(rows)
+
+
+def cluster(values, logarithmic, seed=0):
+    """Return (labels (n,), boundaries (k - 1,)) of one-dimensional k-means, k = CLUSTERS, labels in ascending order.
+
+    values: (n,), positive where logarithmic. Boundaries lie midway between neighbouring centres, in the units of
+    `values`. Raises NeumatError for fewer different values than clusters.
+    """
+    values = np.asarray(values, float)
+    if len(np.unique(values)) < CLUSTERS:
+        raise NeumatError("k-means", f"at least {CLUSTERS} different values", len(np.unique(values)))
+    scaled = np.log(np.maximum(values, np.finfo(np.float32).tiny)) if logarithmic else values
+    centres = np.sort(KMeans(CLUSTERS, n_init=10, random_state=seed).fit(scaled[:, None]).cluster_centers_[:, 0])
+    boundaries = (centres[1:] + centres[:-1]) / 2
+    return np.searchsorted(boundaries, scaled), np.exp(boundaries) if logarithmic else boundaries
+
+
+def kmeans_table(statistics, seed=0):
+    """Return the boundaries of `cluster` on mean and maximum reflectance of each channel, on both scales.
+
+    Columns: quantity, scale, clusters, boundary_1 and boundary_2 (1/sr), materials in each cluster, and for maxima the
+    paper's two thresholds.
+    """
+    rows = []
+    for quantity in (*CHANNELS, "inner_maximum"):
+        for scale in ("linear", "logarithmic"):
+            labels, boundaries = cluster(statistics[quantity], scale == "logarithmic", seed)
+            counts = np.bincount(labels, minlength=CLUSTERS)
+            paper = PAPER_BOUNDARIES if "maximum" in quantity else (np.nan, np.nan)
+            rows.append((quantity, scale, *boundaries, *paper, *counts))
+    columns = ["quantity", "scale", "boundary_1", "boundary_2", "paper_1", "paper_2", "low", "middle", "high"]
+    return pd.DataFrame(rows, columns=columns)

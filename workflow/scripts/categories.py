@@ -1,0 +1,21 @@
+"""The categories of the sources, what other readings of the rules change, overlaps, agreement with the names."""
+
+import pandas as pd
+
+from neumat.files import atomic_path
+from neumat.metrics.categories import names_table, overlap_table, read_types, readings_table, source_table
+from neumat.stage import stage
+
+with stage(snakemake):
+    rules = snakemake.params.rules
+    fields, sources = (pd.read_csv(path) for path in (snakemake.input.fields, snakemake.input.sources))
+    table = source_table(sources, read_types(snakemake.input.types, sources["name"]), rules)
+    tables = {
+        "categories": table,
+        "readings": readings_table(sources, fields, rules),
+        "overlap": overlap_table(sources, fields, rules),
+        "names": names_table(table),
+    }
+    for name, rows in tables.items():
+        with atomic_path(snakemake.output[name]) as temporary:
+            rows.to_csv(temporary, index=False)

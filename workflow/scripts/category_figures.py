@@ -1,0 +1,18 @@
+"""The statistics behind the categories: M3ashy's Figs. 23 to 25, and the boundaries of k-means."""
+
+import pandas as pd
+
+from neumat.files import atomic_path
+from neumat.metrics.categories import kmeans_table, read_types
+from neumat.reporting.category_figures import kmeans_figure, statistics_by_material, statistics_by_type
+from neumat.stage import stage
+
+with stage(snakemake):
+    statistics, output = pd.read_csv(snakemake.input.sources), snakemake.output
+    labels = read_types(snakemake.input.types, statistics["name"])[["type", "family"]]
+    table = pd.concat([statistics, labels.reset_index(drop=True)], axis=1)
+    statistics_by_type(table, output.by_type)
+    statistics_by_material(table, output.by_material)
+    kmeans_figure(statistics, output.kmeans)
+    with atomic_path(output.table) as temporary:
+        kmeans_table(statistics).to_csv(temporary, index=False)

@@ -1,0 +1,21 @@
+"""What a material of each category costs, and how well those found match the category."""
+
+import pandas as pd
+
+from neumat.files import atomic_path
+from neumat.metrics.constrained import constrained_table
+from neumat.metrics.novelty import NOVELTY_ENTRIES
+from neumat.metrics.stages import Protocol
+from neumat.reporting.category_figures import constrained_chart
+from neumat.stage import stage
+
+PICTURES = 16  # pixels; none is drawn
+
+with stage(snakemake):
+    store, params = snakemake.input, snakemake.params
+    protocol = Protocol("parity", store.neumerl, store.manifest, store.sources, params.entries, PICTURES, params.seed)
+    step = max(1, params.entries // NOVELTY_ENTRIES)
+    table = constrained_table(store.found, protocol, pd.read_csv(store.statistics), params.rules, step)
+    constrained_chart(table, snakemake.output.chart)
+    with atomic_path(snakemake.output.table) as temporary:
+        table.to_csv(temporary, index=False)
