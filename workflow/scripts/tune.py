@@ -5,5 +5,8 @@ from neumat.stage import progress, stage
 
 with stage(snakemake):
     params = snakemake.params
-    model = tune(dict(snakemake.input), params.tuning, params.sampling, params.seed, progress, params.checkpoint)
+    model = tune(
+        dict(snakemake.input), dict(params.tuning), params.rules, params.sampling, params.seed, progress,
+        params.checkpoint,
+    )  # fmt: skip
     model.save(snakemake.output[0])

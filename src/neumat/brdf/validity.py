@@ -11,19 +11,6 @@ def directional_albedo(material, theta_i, resolution=256):
     """Return the share (3,), float64, of light from the polar angle `theta_i` that the material reflects.
 
     Above 1 the material creates energy.
-<<<<<<< HEAD
-=======
-    """
-    *angles, weight = albedo_quadrature(theta_i, resolution)
-    return weight @ material.eval(*angles).double()
-
-
-def albedo_quadrature(theta_i, resolution=256):
-    """Return (theta_h, theta_d, phi_d) float32 and weight float64, each (m,): weight @ f is the directional albedo.
-
-    Midpoint quadrature over half vectors, whose square-root spacing in theta_h puts the points where highlights are:
-    dw_o = 4 (w_i . h) dh (Walter et al. 2007, eq. 14).
->>>>>>> rules
     """
     theta_h, theta_d, phi_d, weight = albedo_nodes(theta_i, resolution, resolution)
     values = material.eval(theta_h.float(), theta_d.float(), phi_d.float())
@@ -50,9 +37,4 @@ def albedo_nodes(theta_i, polar, azimuths):
     dh = sin_h * torch.sqrt(2 * math.pi * theta_h) * (2 * math.pi / (polar * azimuths))
     weight = 4 * cos_d[:, 0] * wo[:, 2] * dh
     reached = (cos_d[:, 0] > 0) & (wo[:, 2] > 0)
-<<<<<<< HEAD
     return *rusinkiewicz(wi[reached], wo[reached]), weight[reached]
-=======
-    angles = rusinkiewicz(wi[reached], wo[reached])
-    return *(angle.float() for angle in angles), weight[reached]
->>>>>>> rules

@@ -14,7 +14,7 @@ from neumat.conditions.encoders import make_encoder
 from neumat.conditions.looks import colour_names
 from neumat.conditions.photos import augmented, turned
 from neumat.conditions.texts import captions, thing_of
-from neumat.conditions.types import read_types, type_names, type_rows
+from neumat.brdf.types import read_types, type_names, type_rows
 from neumat.fields.store import read_neumerl
 from neumat.files import atomic_path, open_store
 from neumat.metrics.appearance import appearance
@@ -94,7 +94,7 @@ def write_conditions(path, conditions):
         for name in ("text", "image"):
             file[name] = getattr(conditions, name).numpy().astype(np.float16)
         for name, column in conditions.facts.items():
-            file[f"facts/{name}"] = list(column)
+            file[f"facts/{name}"] = column.to_numpy(object).astype(h5py.string_dtype())
         file.attrs.update(schema_version=SCHEMA, encoder=conditions.encoder, types=json.dumps(conditions.types))
 
 

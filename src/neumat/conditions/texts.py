@@ -40,8 +40,8 @@ def captions(facts, count, unseen, seed):
     """Return a list of `count` captions for each row of `facts`, drawn by `seed` and the row's name.
 
     facts: DataFrame with the columns name, colour (a key of WORDS), gloss (a key of GLOSS), thing (the description
-    without colour), family (empty where unknown). unseen: prompts that no caption may contain, so that they test what
-    was not trained on.
+    without colour), family (empty where unknown). unseen: prompts that test what was not trained on: no caption is one
+    of them, nor contains one of several words.
     """
     unseen = [prompt.lower() for prompt in unseen]
     return [_of_one(row, count, unseen, numpy_generator(seed, "captions", row.name)) for row in facts.itertuples()]
@@ -50,7 +50,7 @@ def captions(facts, count, unseen, seed):
 def thing_of(material, types):
     """Return (thing, family) of a row of the manifest: the description of its source, or of both parents' mixture.
 
-    types: see `conditions.types.read_types`; a source that it does not name is called by its own name.
+    types: see `brdf.types.read_types`; a source that it does not name is called by its own name.
     """
     parents = [material.parent_a, material.parent_b]
     things = [types["description"].get(name, name.replace("-", " ").replace("_", " ")) for name in parents]
@@ -72,6 +72,6 @@ def _of_one(row, count, unseen, generator):
             thing=row.thing,
             family=row.family,
         )
-        if not any(prompt in text for prompt in unseen):
+        if not any(text == prompt or (" " in prompt and prompt in text) for prompt in unseen):
             made.append(text)
     return made

@@ -6,7 +6,7 @@ from safetensors import safe_open
 from torch.nn.functional import normalize
 
 from neumat.augment.manifest import protocol_indices, read_manifest
-from neumat.brdf.categories import CATEGORIES
+from neumat.brdf.categories import CATEGORIES, categorise
 from neumat.conditions.projection import Projection
 from neumat.conditions.store import read_conditions
 from neumat.fields.store import read_neumerl
@@ -36,14 +36,15 @@ def training_conditions(conditions, projection, category, train):
     }
 
 
-def tune(paths, tuning, sampling, seed, progress, checkpoint):
+def tune(paths, tuning, rules, sampling, seed, progress, checkpoint):
     """Return the fitted ConditionalDiffusion, which carries its projection and the names that can be asked for.
 
-    paths: neumerl, manifest, conditions, projection, categories, model (the unconditional one). tuning, sampling: dicts.
+    paths: neumerl, manifest, conditions, projection, statistics (of all fields), model (the unconditional one).
+    tuning, sampling: dicts. rules: of the categories, see `categorise`.
     """
     train, _ = protocol_indices(read_manifest(paths["manifest"]), PROTOCOL)
     conditions, projection = read_conditions(paths["conditions"]), read_projection(paths["projection"])
-    category = pd.read_csv(paths["categories"])[list(CATEGORIES)].to_numpy(bool)
+    category = categorise(pd.read_csv(paths["statistics"]), rules).to_numpy()
     base = HyperDiffusion.load(paths["model"])
     base.sampler, base.nfe = sampling["sampler"], sampling["nfe"]
     notes = {"encoder": conditions.encoder, "types": conditions.types, "categories": list(CATEGORIES)}

@@ -1,0 +1,94 @@
+import math
+
+import numpy as np
+import pytest
+import torch
+from PIL import Image
+
+from neumat.conditions.photos import SIZE, augmented, read_photo, turned
+from neumat.errors import NeumatError
+from neumat.render import scene
+
+RNG = np.random.default_rng(0)
+NOISE = RNG.integers(0, 256, (90, 60, 3), dtype=np.uint8)
+
+
+def save(tmp_path, image, name="photo.png"):
+    path = tmp_path / name
+    image.save(path)
+    return path
+
+
+def test_the_central_square_is_what_counts(tmp_path):
+    wide = np.zeros((64, 192, 3), np.uint8)
+    wide[:, 64:128, 0] = 200
+    wide[:32, 64:128, 1] = 100
+    pixels = read_photo(save(tmp_path, Image.fromarray(wide)))
+    assert pixels.shape == (SIZE, SIZE, 3) and pixels.dtype == torch.uint8
+    assert (pixels[..., 0] == 200).all()
+    assert (pixels[: SIZE // 2 - 1, :, 1] == 100).all() and (pixels[SIZE // 2 + 1 :, :, 1] == 0).all()
+
+
+def test_unusual_formats_read_as_what_they_show(tmp_path):
+    grey = np.asarray(Image.fromarray(NOISE).convert("L"))
+    expected = read_photo(save(tmp_path, Image.fromarray(grey), "grey.png")).int()
+    sixteen = save(tmp_path, Image.fromarray(grey.astype(np.uint16) * 257), "sixteen.png")
+    assert (read_photo(sixteen).int() - expected).abs().max() <= 1
+    clear = np.dstack([NOISE, np.full((90, 60), 255, np.uint8)])
+    clear[:45, :, 3] = 0
+    pixels = read_photo(save(tmp_path, Image.fromarray(clear, "RGBA"), "alpha.png"))
+    assert (pixels[: SIZE // 3] == 119).all()  # transparent parts are mid grey, whatever colour hides there
+    big = save(tmp_path, Image.fromarray(NOISE).resize((3000, 4500)), "big.jpg")
+    assert read_photo(big).shape == (SIZE, SIZE, 3)
+
+
+@pytest.mark.parametrize(
+    ("picture", "expected"),
+    [
+        (np.zeros((64, 64, 3), np.uint8), "one even colour"),
+        (np.full((64, 64, 3), 255, np.uint8), "one even colour"),
+        (NOISE[:8, :8], "at least 16 x 16"),
+    ],
+)
+def test_pictures_that_show_nothing_are_refused(tmp_path, picture, expected):
+    with pytest.raises(NeumatError, match=expected):
+        read_photo(save(tmp_path, Image.fromarray(picture)))
+
+
+def test_broken_files_end_in_one_line(tmp_path):
+    whole = save(tmp_path, Image.fromarray(NOISE))
+    cut = tmp_path / "cut.png"
+    cut.write_bytes(whole.read_bytes()[: whole.stat().st_size // 2])
+    text = tmp_path / "text.png"
+    text.write_text("no image")
+    for path in (cut, text, tmp_path / "missing.png"):
+        with pytest.raises(NeumatError, match="whole image file") as error:
+            read_photo(path)
+        assert "\n" not in str(error.value)
+
+
+def test_a_picture_with_more_pixels_than_is_safe_is_refused(tmp_path, monkeypatch):
+    path = save(tmp_path, Image.fromarray(NOISE))
+    monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 100)
+    with pytest.raises(NeumatError, match="at most 100 pixels"):
+        read_photo(path)
+
+
+def test_lights_turn_with_the_environment():
+    directions = torch.nn.functional.normalize(torch.randn(50, 3, generator=torch.Generator().manual_seed(0)), dim=1)
+    assert torch.allclose(turned(0.0, 0.0)(directions), scene.environment(directions))
+    half = turned(math.pi, 0.0)(directions * torch.tensor([-1.0, 1.0, -1.0]))
+    assert torch.allclose(half, scene.environment(directions), atol=1e-5)
+
+
+def test_augmented_pictures_lie_within_the_sphere():
+    size = 64
+    axis = ((torch.arange(size) + 0.5) / size * 2 - 1) / scene.RADIUS
+    inside = torch.hypot(axis[:, None], axis) < 1.15
+    linear = torch.where(inside[..., None], 0.2, 0.0).expand(40, -1, -1, 3)
+    pictures = augmented(linear, 0, "test")
+    assert pictures.shape == (40, SIZE, SIZE, 3)
+    centre = pictures[:, SIZE // 4 : -SIZE // 4, SIZE // 4 : -SIZE // 4]
+    assert (centre > 60).all()
+    assert torch.equal(pictures, augmented(linear, 0, "test"))
+    assert not torch.equal(pictures, augmented(linear, 0, "other"))

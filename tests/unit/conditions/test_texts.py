@@ -1,0 +1,59 @@
+import re
+
+import pandas as pd
+import torch
+
+from neumat.conditions.looks import WORDS, colour_names
+from neumat.conditions.texts import GLOSS, captions, thing_of
+from neumat.render import scene
+
+FACTS = pd.DataFrame(
+    {
+        "name": ["a", "b", "c"],
+        "colour": ["red", "green", "gray"],
+        "gloss": ["matte", "mirror", "glossy"],
+        "thing": ["plastic", "a mixture of steel and felt", "my paint"],
+        "family": ["plastic", "", ""],
+    }
+)
+
+
+def test_captions_say_nothing_untrue_of_the_colour_or_the_gloss():
+    for row, texts in zip(FACTS.itertuples(), captions(FACTS, 200, [], seed=0), strict=True):
+        for words, own in ((WORDS, row.colour), (GLOSS, row.gloss)):
+            false = {word for key, group in words.items() for word in group if word not in words[own]}
+            # "specular" and "reflective" are parts of longer words of other groups.
+            false -= {part for word in words[own] for part in word.split()}
+            for text in texts:
+                assert not any(re.search(rf"(?<![\w-]){word}(?![\w-])", text) for word in false), text
+
+
+def test_unseen_prompts_are_kept_out():
+    texts = captions(FACTS, 500, ["red plastic", "matte"], seed=0)[0]
+    assert not any("red plastic" in text or text == "matte" for text in texts)
+    assert any("matte" in text for text in texts)  # one word may occur, not be the whole caption
+
+
+def test_captions_depend_on_the_seed_and_the_material_alone():
+    assert captions(FACTS, 5, [], 1) == captions(FACTS, 5, [], 1) != captions(FACTS, 5, [], 2)
+    assert captions(FACTS[1:], 5, [], 1) == captions(FACTS, 5, [], 1)[1:]
+
+
+def test_blends_are_mixtures_and_unknown_sources_are_called_by_their_name():
+    types = pd.DataFrame(
+        {"description": ["steel", "felt"], "family": ["metal", "fabric"]}, index=["steel-1", "red-felt"]
+    )
+    rows = pd.DataFrame({"parent_a": ["steel-1", "steel-1", "my_car"], "parent_b": ["steel-1", "red-felt", "my_car"]})
+    assert [thing_of(row, types) for row in rows.itertuples()] == [
+        ("steel", "metal"), ("a mixture of steel and felt", ""), ("my car", ""),
+    ]  # fmt: skip
+
+
+def test_colours_of_even_spheres():
+    linear = torch.tensor(
+        [[0.5, 0.02, 0.02], [0.02, 0.3, 0.02], [0.02, 0.03, 0.4], [0.3, 0.3, 0.3], [0.002, 0.002, 0.002], [0.5, 0.35, 0.01],
+         [0.05, 0.05, 0.05], [0.06, 0.03, 0.02]]
+    )  # fmt: skip
+    pictures = scene.to_srgb8(linear[:, None, None].expand(-1, 32, 32, 3).clone(), 1.0)
+    expected = ["red", "green", "blue", "white", "black", "yellow", "gray", "brown"]
+    assert colour_names(pictures) == expected

@@ -1,0 +1,143 @@
+import pytest
+import torch
+
+from neumat.errors import NeumatError
+from neumat.fields.layout import SIZE
+from neumat.generative.base import Dataset
+from neumat.generative.conditional import MODALITIES, ConditionalDiffusion, Tuning, _given, _members
+from neumat.generative.registry import make
+
+N = 64
+SIZES = {"type": 2, "category": 3, "text": 8, "image": 8}
+
+
+@pytest.fixture(scope="module")
+def data():
+    """Two clusters of near-Lambertian fields, which type, text and image tell apart; every one is in category 1."""
+    g = torch.Generator().manual_seed(0)
+    kind = torch.arange(N) % 2
+    weights = 0.01 * torch.randn(N, SIZE, generator=g)
+    weights[:, -3:] += torch.where(kind[:, None] > 0, 0.05, 0.25)
+    embedding = torch.nn.functional.one_hot(kind, 8).float()
+    category = torch.zeros(N, 3)
+    category[:, 1] = 1
+    category[:5, 2] = 1
+    conditions = {
+        "type": torch.nn.functional.one_hot(kind, 2).float(),
+        "category": category,
+        "text": embedding[:, None].expand(-1, 2, -1),
+        "image": embedding[:, None].expand(-1, 3, -1),
+    }
+    return weights, conditions
+
+
+@pytest.fixture(scope="module")
+def model(data):
+    weights, conditions = data
+    index = torch.arange(N).numpy()
+    config = {"network": {"width": 32, "depth": 2}, "components": 8, "steps": 200, "batch": 64, "nfe": 10, "lr": 3e-3}
+    base = make("hyperdiffusion", config | {"sigma_min": 0.1, "sigma_max": 20.0})
+    base.fit(Dataset(weights, index, index % 6, index >= 0), seed=0)
+    tuned = ConditionalDiffusion(base, Tuning(steps=300, batch=64), {"types": ["a", "b"]}, {"x": torch.ones(2)})
+    return tuned.fit(weights, conditions, seed=1)
+
+
+def one_hot(k, size):
+    return torch.eye(size)[k][None]
+
+
+def level(weights):
+    return weights[:, -3:].mean(1)
+
+
+@pytest.mark.parametrize("modality", ["type", "text", "image"])
+def test_samples_follow_what_was_asked(model, modality):
+    bright, dark = (model.draw(40, 2, {modality: one_hot(k, SIZES[modality])}) for k in (0, 1))
+    assert (level(bright) > 0.15).float().mean() > 0.9
+    assert (level(dark) < 0.15).float().mean() > 0.9
+
+
+def test_rows_may_ask_for_different_things(model):
+    rows = torch.eye(2)[torch.arange(40) % 2]
+    levels = level(model.draw(40, 2, {"type": rows}))
+    assert levels[::2].mean() > 0.2 > 0.1 > levels[1::2].mean()
+
+
+def test_guidance_of_minus_one_is_exactly_the_unconditional_model(model):
+    expected = torch.from_numpy(model.base.sample(6, seed=3))
+    assert torch.equal(model.draw(6, 3, {"type": one_hot(0, 2)}, -1.0), expected)
+    assert torch.equal(model.draw(6, 3, {}), expected)
+    assert not torch.equal(model.draw(6, 3, {"type": one_hot(0, 2)}), expected)
+
+
+def test_guidance_is_linear_in_what_the_request_changes(model):
+    """One Euler step from a common start: the result moves by the same amount for each unit of guidance."""
+    model.base.sampler, model.base.nfe, before = "euler", 2, (model.base.sampler, model.base.nfe)
+    levels = model.base._sampling_levels
+    model.base._sampling_levels = lambda: torch.tensor([5.0, 0.0])
+    try:
+        a, b, c = (model.draw(4, 5, {"text": one_hot(0, 8)}, w) for w in (-1.0, 0.0, 2.0))
+    finally:
+        model.base.sampler, model.base.nfe = before
+        model.base._sampling_levels = levels
+    assert torch.allclose(c, a + 3 * (b - a), atol=1e-4)
+
+
+def test_a_saved_model_samples_the_same(model, tmp_path):
+    path = tmp_path / "conditional.safetensors"
+    model.save(path)
+    loaded = ConditionalDiffusion.load(path)
+    assert loaded.notes == model.notes and torch.equal(loaded.extra["x"], torch.ones(2))
+    request = {"type": one_hot(1, 2), "image": one_hot(1, 8)}
+    assert torch.equal(loaded.draw(3, 4, request, 1.0), model.draw(3, 4, request, 1.0))
+    with pytest.raises(NeumatError, match="model ConditionalDiffusion"):
+        ConditionalDiffusion.load(_other(tmp_path, model))
+
+
+def _other(tmp_path, model):
+    path = tmp_path / "base.safetensors"
+    model.base.save(path)
+    return path
+
+
+def test_broken_samples_are_drawn_anew_and_counted(model, monkeypatch):
+    calls = []
+
+    def first_half_broken(weights):
+        calls.append(len(weights))
+        good = torch.ones(len(weights), dtype=torch.bool)
+        good[: len(weights) // 2] = len(calls) > 1
+        return good
+
+    monkeypatch.setattr("neumat.generative.conditional.valid", first_half_broken)
+    weights, drawn = model.sample(8, 1, {"type": torch.eye(2)[torch.arange(8) % 2]})
+    assert drawn == 12 and torch.equal(weights[4:], model.draw(8, 1, {"type": torch.eye(2)[torch.arange(8) % 2]})[4:])
+    monkeypatch.setattr("neumat.generative.conditional.valid", lambda weights: torch.zeros(len(weights), dtype=bool))
+    with pytest.raises(NeumatError, match="8 broken"):
+        model.sample(8, 1, {})
+
+
+def test_wrong_requests_end_in_one_line(model):
+    for request, guidance, expected in (
+        ({"smell": one_hot(0, 2)}, 0, "smell"),
+        ({"type": one_hot(0, 3)}, 0, "type of the request"),
+        ({"text": torch.full((1, 8), float("nan"))}, 0, "text of the request"),
+        ({"type": one_hot(0, 2)}, -1.5, "at least -1"),
+        ({"type": one_hot(0, 2)}, float("nan"), "at least -1"),
+    ):
+        with pytest.raises(NeumatError, match=expected):
+            model.draw(2, 0, request, guidance)
+
+
+def test_something_is_always_asked_in_training():
+    given = _given(1000, 0.3, torch.Generator().manual_seed(0))
+    assert given.shape == (1000, len(MODALITIES)) and given.any(1).all()
+    assert 0.3 < given.mean() < 0.4
+
+
+def test_rare_categories_are_drawn_as_often_as_common_ones(data):
+    category = data[1]["category"]
+    asked, rows = _members(category, 2000, torch.Generator().manual_seed(0))
+    assert (asked.sum(0)[1:] / 2000 - 0.5).abs().max() < 0.05 and asked[:, 0].sum() == 0
+    assert (category[rows] * asked).sum(1).eq(1).all()
+    assert len(rows[asked[:, 2] == 1].unique()) == 5
