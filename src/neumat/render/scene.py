@@ -33,10 +33,10 @@ LIGHTS = (
 )
 
 
-def environment(directions):
-    """Return the radiance (...) that arrives from unit `directions` (..., 3)."""
+def environment(directions, lights=LIGHTS):
+    """Return the radiance (...) that arrives from unit `directions` (..., 3), of `lights` and AMBIENT."""
     total = torch.full_like(directions[..., 0], AMBIENT)
-    for light in LIGHTS:
+    for light in lights:
         axis = torch.nn.functional.normalize(directions.new_tensor(light.direction), dim=0)
         width = 1 - torch.cos(directions.new_tensor(light.radius))
         # The fourth power gives the lobe a flat top and a steep but smooth edge. Beyond 80 it adds nothing to

@@ -1,0 +1,39 @@
+"""The unseen prompts: requests in words that no training text holds, with what can be measured of each."""
+
+import csv
+from pathlib import Path
+
+import pandas as pd
+
+from neumat.errors import NeumatError
+from neumat.metrics.words import COLOURS, GLOSS, GLOSS_SYNONYMS, SYNONYMS
+
+COLUMNS = ("prompt", "colour", "gloss", "family")
+WORDS = {"colour": (*COLOURS, *SYNONYMS), "gloss": (*GLOSS, *GLOSS_SYNONYMS, "metallic")}
+
+
+def read_prompts(path, families):
+    """Return the prompts of a TSV file: a DataFrame of str with COLUMNS, empty where nothing is expected.
+
+    families: the names that are allowed. Raises NeumatError for a missing or foreign file, an empty prompt or one
+    given twice, and an expectation that is no word of `neumat.metrics.words` or no family.
+    """
+    path, known = Path(path), WORDS | {"family": tuple(families)}
+    try:
+        table = pd.read_csv(path, sep="\t", dtype=str, keep_default_na=False, quoting=csv.QUOTE_NONE)
+    except FileNotFoundError as error:
+        raise NeumatError(path, "a table of prompts (TSV)", "no such file") from error
+    except (UnicodeDecodeError, pd.errors.ParserError, pd.errors.EmptyDataError) as error:
+        raise NeumatError(path, "a table of prompts (TSV)", " ".join(str(error).split())) from error
+    if tuple(table.columns) != COLUMNS:
+        raise NeumatError(path, f"the columns {', '.join(COLUMNS)}", ", ".join(map(repr, table.columns)))
+    for line, row in enumerate(table.to_dict("records"), start=2):
+        if not row["prompt"].strip():
+            raise NeumatError(f"{path}, line {line}", "a prompt", "none")
+        for column, words in known.items():
+            if row[column] and row[column] not in words:
+                raise NeumatError(f"{path}, line {line}", f"as {column} one of {', '.join(words)}", repr(row[column]))
+    twice = table["prompt"][table["prompt"].duplicated()]
+    if len(twice) or not len(table):
+        raise NeumatError(path, "different prompts, at least one", repr(twice.iloc[0]) if len(twice) else "none")
+    return table
