@@ -138,7 +138,7 @@ def source_statistics(sources, f_diffuse=F_DIFFUSE, progress=iter):
     entries = torch.from_numpy(sources.entries).long()
     if not torch.isin(LINE, entries).all():
         raise NeumatError("sources", "valid entries at theta_d = phi_d = 0", "a gap")
-    line, parts, rows = np.searchsorted(sources.entries, LINE), split(entries), []
+    line, parts, rows = np.searchsorted(sources.entries, LINE.numpy()), split(entries), []
     for i in progress(range(sources.n)):
         table = torch.from_numpy(sources.table(i)).T[None]
         inner, grazing = ((table[:, :, positions] for positions in part.split(BLOCK)) for part in parts)

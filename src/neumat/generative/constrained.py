@@ -62,7 +62,7 @@ def constrained_samples(sampler, accept, n, budget, batch, seed, progress=None):
         whole = valid(weights)
         weights = weights[whole]
         if len(weights):
-            weights = weights[torch.from_numpy(np.asarray(accept(weights), bool))]
+            weights = weights[torch.tensor(accept(weights), dtype=torch.bool)]
         found.tried += size
         found.accepted += len(weights)
         found.invalid += int((~whole).sum())

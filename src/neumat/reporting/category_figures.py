@@ -38,14 +38,15 @@ def statistics_by_material(table, path):
     table: of metrics.categories.source_table.
     """
     families = list(table["family"].value_counts().index)
-    half, columns = (len(table) + len(families)) / 2, [[], []]
+    columns = [[], []]
     for family in families:  # the largest first, into the emptier column
         part = table[table["family"] == family].sort_values(["type", "maximum"])
         shorter = min(columns, key=lambda blocks: sum(len(block) + 1 for block in blocks))
         shorter.append(part)
     rows = max(sum(len(block) + 1 for block in blocks) for blocks in columns)
-    with figure(9, 0.9 + _ROW * max(rows, half), ncols=2, sharex=True) as (drawn, axes):
-        for axis, blocks in zip(axes, columns, strict=True):
+    with figure(9, 0.9 + _ROW * rows, ncols=2, sharex=True) as (drawn, axes):
+        axes[1].set_visible(len(families) > 1)
+        for axis, blocks in zip(axes, filter(None, columns), strict=False):
             _families(axis, blocks)
             axis.set(xscale="log", xlabel="mean (open) and maximum (filled) reflectance, 1/sr", ylim=(rows - 0.4, -0.6))
         _channel_legend(drawn)
@@ -134,8 +135,8 @@ def _families(axis, blocks):
         _rows(axis, block, "maximum", at)
         ticks += [(at + k, name) for k, name in enumerate(block["name"])]
         at += len(block)
-    labels = axis.set_yticks(*zip(*ticks, strict=True), fontsize=6.5) and axis.get_yticklabels()
-    for label in labels:
+    axis.set_yticks(*zip(*ticks, strict=True), fontsize=6.5)
+    for label in axis.get_yticklabels():
         label.set_fontweight("bold" if label.get_text().isupper() else "normal")
     _thresholds(axis)
 

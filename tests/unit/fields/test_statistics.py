@@ -1,0 +1,61 @@
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import torch
+
+from neumat.augment.permutations import PERMUTATIONS
+from neumat.brdf.statistics import material_statistics
+from neumat.fields.field import Field
+from neumat.fields.layout import SIZE, permute_channels
+from neumat.fields.statistics import FieldStatistics, neumerl_statistics
+from neumat.fields.validity import valid_fields
+
+
+@pytest.fixture(scope="module")
+def weights():
+    return 0.3 * torch.randn(2, SIZE, generator=torch.Generator().manual_seed(3))
+
+
+def test_a_field_gives_what_its_material_gives(weights):
+    found = FieldStatistics()(weights)
+    for i, row in enumerate(weights):
+        expected = material_statistics(Field(row)).iloc[0]
+        # Values within rounding of the threshold count on either side.
+        assert abs(found["exceeding"][i] - expected["exceeding"]) <= 10
+        same = [name for name in found if not name.endswith("exceeding")]
+        np.testing.assert_allclose(
+            found.loc[i, same].to_numpy(float), expected[same].to_numpy(float), rtol=1e-3, atol=1e-5
+        )
+
+
+@pytest.mark.parametrize("exact", [True, False])
+def test_exact_permutations_are_evaluated_once(weights, exact, monkeypatch):
+    six = torch.stack([permute_channels(weights[0], order) for order in PERMUTATIONS])
+    if not exact:
+        six[3, 0] += 1e-3
+    evaluated, call = [], FieldStatistics.__call__
+    monkeypatch.setattr(FieldStatistics, "__call__", lambda self, w, p: evaluated.append(len(w)) or call(self, w))
+    store = SimpleNamespace(weights=six, names=list(PERMUTATIONS))
+    table = neumerl_statistics(store)
+    assert evaluated == [1 if exact else 6]
+    expected = call(FieldStatistics(), six)
+    np.testing.assert_allclose(
+        table.drop(columns="name").to_numpy(float), expected.to_numpy(float), rtol=1e-4, atol=1e-5
+    )
+
+
+def constant(value):
+    """The field that is `value` in every direction."""
+    weights = torch.zeros(SIZE)
+    weights[-3:] = torch.log1p(torch.tensor(value))
+    return weights
+
+
+def test_valid_fields():
+    broken = torch.stack([constant(0.2), constant(0.2)])
+    broken[0, 5], broken[1, 5] = torch.nan, torch.inf
+    weights = torch.cat(
+        [torch.stack([constant(0.2), constant(0.31), constant(0.33), torch.full((SIZE,), 9.0)]), broken]
+    )
+    assert valid_fields(weights).tolist() == [True, True, False, False, False, False]  # 1 / pi = .318

@@ -1,0 +1,113 @@
+import numpy as np
+import pandas as pd
+import pytest
+
+from neumat.brdf.categories import CATEGORIES
+from neumat.errors import NeumatError
+from neumat.metrics.categories import (
+    cluster,
+    kmeans_table,
+    names_table,
+    overlap_table,
+    read_types,
+    readings_table,
+    source_table,
+)
+
+RULES = {
+    "f_diffuse": 1 / np.pi,
+    "exceptions": 80_000,
+    "metallic_share": 0.25,
+    "specular": [100, 600],
+    "plastic_tolerance": 0.05,
+    "mirror_width": 0.0349,
+}
+NAMES = ["red-fabric", "chrome", "gray-plastic", "mine"]
+
+
+@pytest.fixture
+def statistics():
+    """A fabric, a chrome that is metallic, a mirror and high-specular, a low-specular plastic, and one more of it."""
+    table = pd.DataFrame(
+        {
+            "name": NAMES,
+            "entries": 1_000_000,
+            "exceeding": [100, 300_000, 100_000, 200_000],
+            "minimum": [0.1, 0.01, 0.1, 0.1],
+            "maximum": [0.5, 2000.0, 50.0, 60.0],
+            "difference": [0.2, 500.0, 0.4, 20.0],
+            "relative_difference": [0.4, 0.5, 0.3, 0.5],
+            "peak": [0.1, 400.0, 2.0, 2.0],
+            "half_width": [1.5, 0.002, 0.1, 0.1],
+        }
+    )
+    for name in ("entries", "exceeding", "minimum", "maximum", "difference", "relative_difference"):
+        table[f"inner_{name}"] = table[name]
+    for k, channel in enumerate("rgb"):
+        table[f"mean_{channel}"] = [0.1 + k, 50.0, 1.0, 2.0]
+        table[f"maximum_{channel}"] = table["maximum"] - k * 0.1
+    return table
+
+
+@pytest.fixture
+def types(tmp_path):
+    path = tmp_path / "types.tsv"
+    path.write_text(
+        "name\ttype\tfamily\tdescription\n"
+        "chrome\tchrome\tmetal\tchrome\nred-fabric\tfabric\tfabric\tfabric\ngray-plastic\tplastic\tplastic\tplastic\n"
+    )
+    return path
+
+
+def test_types_follow_the_names(types, tmp_path):
+    table = read_types(types, NAMES)
+    assert table["type"].tolist() == ["fabric", "chrome", "plastic", "unknown"]
+    types.write_text("name\ttype\n")
+    with pytest.raises(
+        NeumatError, match="columns name, type, family, description; found none called description, fam"
+    ):
+        read_types(types, NAMES)
+
+
+def test_tables_by_hand(statistics, types):
+    table = source_table(statistics, read_types(types, NAMES), RULES)
+    members = {category: set(table["name"][table[category]]) for category in CATEGORIES}
+    assert members == {
+        "diffuse": {"red-fabric"},
+        "metallic": {"chrome"},
+        "low-specular": {"gray-plastic", "mine"},
+        "mid-specular": set(),
+        "high-specular": {"chrome"},
+        "plastic": {"gray-plastic"},
+        "mirror": {"chrome"},
+    }
+    names = names_table(table).set_index("category")
+    assert (names.loc["diffuse", ["named", "both"]] == 1).all() and names.loc["metallic", "precision"] == 1
+    overlap = overlap_table(statistics, statistics, RULES).set_index(["set", "category"])
+    assert overlap.loc[("sources", "low-specular"), "plastic"] == 1 == overlap.loc[("augmerl", "mirror"), "metallic"]
+
+
+def test_readings_count_what_changes(statistics):
+    fields = statistics.iloc[::-1].assign(exceeding=lambda table: table["exceeding"].where(table["name"] != "mine", 10))
+    table = readings_table(statistics, fields.reset_index(drop=True), RULES).set_index(["category", "reading"])
+    chosen = table.xs("chosen", level="reading")
+    assert (chosen[["sources_changed", "augmerl_changed"]] == 0).all(axis=None)
+    assert table.loc[("metallic", "printed: every direction")].tolist() == [0, 1, 0, 1]
+    assert table.loc[("low-specular", "printed: diffuse materials as well")].tolist() == [3, 1, 3, 2]
+    assert table.loc[("diffuse", "field instead of measured table")].tolist() == [2, 1, 2, 0]
+
+
+def test_clusters_by_hand():
+    labels, boundaries = cluster([120, 1, 60, 2, 61, 119], logarithmic=False)
+    assert labels.tolist() == [2, 0, 1, 0, 1, 2] and boundaries == pytest.approx([31, 90])
+    labels, boundaries = cluster([100, 1, 10, 1, 10, 100], logarithmic=True)
+    assert labels.tolist() == [2, 0, 1, 0, 1, 2] and boundaries == pytest.approx([10**0.5, 10**1.5])
+    with pytest.raises(NeumatError, match="at least 3 different values; found 2"):
+        cluster([1, 1, 2], logarithmic=False)
+
+
+def test_kmeans_table_has_both_scales(statistics):
+    table = kmeans_table(statistics)
+    assert (table["boundary_1"] < table["boundary_2"]).all()
+    assert (table[["low", "middle", "high"]].sum(axis=1) == len(NAMES)).all()
+    assert set(table["paper_1"].dropna()) == {100}
