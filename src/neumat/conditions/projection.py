@@ -76,15 +76,15 @@ class Projection:
         with seeded(seed, "projection"):
             both = nn.ModuleDict({"text": network(texts.shape[2]), "image": network(images.shape[2])}).to(on)
         n, batch = len(texts), min(batch, len(texts))
+        caption = texts.flatten(0, 1).unique(dim=0, return_inverse=True)[1].view(texts.shape[:2])
 
         def loss(generator):
             rows = torch.randperm(n, generator=generator)[:batch]
             p = torch.randint(texts.shape[1], (batch,), generator=generator)
             a, b = torch.randint(images.shape[1], (2, batch), generator=generator)
-            said = texts[rows, p].to(on)
             # Materials that share the caption are no counterexamples of each other.
-            same = (said @ said.T > 1 - 1e-4).float()
-            said = normalize(both["text"](said))
+            same = (caption[rows, p][:, None] == caption[rows, p]).to(on, torch.float32)
+            said = normalize(both["text"](texts[rows, p].to(on)))
             seen, again = (normalize(both["image"](images[rows, k].to(on))) for k in (a, b))
             target = same / same.sum(1, keepdim=True)
             itself = torch.arange(batch, device=on)

@@ -66,7 +66,7 @@ def make_conditions(neumerl, manifest, types, prompts, config, seed, progress=it
             facts["colour"] = colour_names(to_srgb8(linear))
         images.append(encoder.encode_image(augmented(linear, seed, k)))
 
-    said = captions(facts, config["captions"], read_prompts(prompts)["prompt"], seed)
+    said = captions(facts, config["captions"], read_prompts(prompts, table["family"].unique())["prompt"], seed)
     distinct = sorted({text for texts in said for text in texts})
     number = {text: i for i, text in enumerate(distinct)}
     encoded = encoder.encode_text(distinct)

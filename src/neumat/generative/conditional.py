@@ -34,14 +34,15 @@ class RequestEmbedding(nn.Module):
 
     def __init__(self, sizes):
         super().__init__()
-        self.enter = nn.ModuleDict({name: nn.Linear(size, HIDDEN) for name, size in sizes.items()})
+        self.names = list(sizes)
+        self.enter = nn.ModuleList(nn.Linear(size, HIDDEN) for size in sizes.values())
         self.net = nn.Sequential(nn.SiLU(), nn.Linear(HIDDEN, HIDDEN), nn.SiLU(), nn.Linear(HIDDEN, LEVEL_WIDTH))
         nn.init.zeros_(self.net[-1].weight)
         nn.init.zeros_(self.net[-1].bias)
 
     def forward(self, request, present):
-        parts = [present[:, k, None] * enter(request[name]) for k, (name, enter) in enumerate(self.enter.items())]
-        return self.net(sum(parts))
+        entered = (enter(request[name]) for name, enter in zip(self.names, self.enter, strict=True))
+        return self.net(sum(present[:, k, None] * part for k, part in enumerate(entered)))
 
 
 @dataclass(frozen=True, kw_only=True)
