@@ -13,6 +13,7 @@ from skimage.color import xyz2lab
 from skimage.color.colorconv import xyz_from_rgb
 
 from neumat.brdf.coordinates import half_difference
+from neumat.errors import NeumatError
 from neumat.fields.field import evaluate_inputs
 from neumat.fields.validity import directional_albedos
 
@@ -43,12 +44,14 @@ def appearance(weights):
     theta_h = 0 and theta_d in degrees, 1/sr; `half_width`, the theta_h in radians where f falls half-way from the
     peak to the diffuse lobe, and `spread`, within which half the light of the highlight lies (both pi / 2 without a
     highlight); `contrast` and `sharp_contrast` of the highlight, all of it and its sharp core, with the body.
+    Raises NeumatError where a field is not finite.
     """
     diffuse = diffuse_albedo(weights)
     albedo = directional_albedos(weights, [LIGHT_ANGLE])[:, 0].numpy()
-    specular = np.maximum(albedo - diffuse, 0) @ LUMINANCE
-    luminance = diffuse @ LUMINANCE
-    metallic = (specular > METAL_SPECULAR) & (specular > METAL_RATIO * luminance)
+    above, luminance = np.maximum(albedo - diffuse, 0), diffuse @ LUMINANCE
+    specular = above @ LUMINANCE
+    # By the mean of the channels: a blue metal is no less of one for its low luminance.
+    metallic = (above.mean(1) > METAL_SPECULAR) & (above.mean(1) > METAL_RATIO * diffuse.mean(1))
     # A dielectric's highlight has the light's colour, not the body's; a metal has no other colour than its highlight's.
     lab = xyz2lab(np.where(metallic[:, None], albedo, diffuse) / WHITE @ xyz_from_rgb.T)
     peak = reflectance(weights, np.zeros(len(PEAK_THETA_D)), PEAK_THETA_D) @ LUMINANCE
@@ -66,8 +69,14 @@ def appearance(weights):
 
 def diffuse_albedo(weights):
     """Return the albedo (n, 3) of the diffuse lobe of fields (n, 675): pi times the median of f away from the
-    highlight and the horizon."""
-    return math.pi * np.median(reflectance(weights, *np.meshgrid(DIFFUSE_THETA_H, DIFFUSE_THETA_D)), 1)
+    highlight and the horizon. Raises NeumatError where one is not finite: nothing can be said of such a field."""
+    albedo = math.pi * np.median(reflectance(weights, *np.meshgrid(DIFFUSE_THETA_H, DIFFUSE_THETA_D)), 1)
+    broken = int((~np.isfinite(albedo)).any(1).sum())
+    if broken:
+        raise NeumatError(
+            "weights", "materials that are valid (neumat.fields.validity)", f"{broken} that are not finite"
+        )
+    return albedo
 
 
 def reflectance(weights, theta_h, theta_d):

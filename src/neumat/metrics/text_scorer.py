@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 from sklearn.feature_extraction.text import TfidfVectorizer
 from sklearn.kernel_ridge import KernelRidge
+from sklearn.metrics import euclidean_distances
 from sklearn.model_selection import GroupKFold
 from sklearn.preprocessing import StandardScaler
 
@@ -57,28 +58,53 @@ def material_texts(weights, descriptions):
 
 
 class TextScorer:
-    """Scores of materials for texts; see the module."""
+    """Scores of materials for texts; see the module.
 
-    def fit(self, weights, texts):
-        """Fit to fields (n, 675) and their texts (n,), such as `material_texts` returns; return self."""
+    As with TypeScorer, `unseen` scores are by a model that has not seen the source nearest to a material, nor that
+    source's permutations: only they compare with the cross-validated ceiling. FOLDS such models serve for all.
+    """
+
+    def fit(self, weights, texts, sources):
+        """Fit to fields (n, 675), their texts (n,), such as `material_texts` returns, and sources (n,): a material and
+        its permutations have the same one. Return self."""
+        features = _features(weights)
+        self.scaler = StandardScaler().fit(features)
+        self.x, self.texts = _balanced(self.scaler.transform(features)), np.asarray(texts)
+        self.fold = np.empty(len(self.x), int)
+        for k, (_, test) in enumerate(GroupKFold(FOLDS).split(self.x, groups=sources)):
+            self.fold[test] = k
+        self.all = _Model(self.x, self.texts)
+        self.without = {}  # fold -> the model that has never seen it, made when it is wanted
+        return self
+
+    def scores(self, weights, prompts, unseen=False):
+        """Return the scores (n, len(prompts)), cosines, of fields (n, 675). A prompt without a known word gets 0."""
+        x = _balanced(self.scaler.transform(_features(weights)))
+        if not unseen:
+            return self.all.scores(x, prompts)
+        of_kind = slice(None, -len(_COLOUR))  # what the permutations of a source share
+        folds = self.fold[euclidean_distances(x[:, of_kind], self.x[:, of_kind]).argmin(1)]
+        found = np.empty((len(x), len(prompts)))
+        for fold in np.unique(folds):
+            if fold not in self.without:
+                self.without[fold] = _Model(self.x[self.fold != fold], self.texts[self.fold != fold])
+            found[folds == fold] = self.without[fold].scores(x[folds == fold], prompts)
+        return found
+
+
+class _Model:
+    """Kernel ridge regression from features (n, d) to the TF-IDF of texts (n,)."""
+
+    def __init__(self, x, texts):
         self.vectors = TfidfVectorizer(analyzer=words, sublinear_tf=True)
         target = self.vectors.fit_transform(texts).toarray()
         # Predicted is how a text differs from the mean one: words that all materials share shouldn't count.
-        self.mean = target.mean(0)
-        self.scaler = StandardScaler()
-        x = self._balanced(self.scaler.fit_transform(_features(weights)))
-        self.model = KernelRidge(alpha=PENALTY, kernel="rbf", gamma=GAMMA).fit(x, target - self.mean)
-        return self
+        self.ridge = KernelRidge(alpha=PENALTY, kernel="rbf", gamma=GAMMA).fit(x, target - target.mean(0))
 
-    def scores(self, weights, prompts):
-        """Return the scores (n, len(prompts)), cosines, of fields (n, 675). A prompt without a known word gets 0."""
-        predicted = self.model.predict(self._balanced(self.scaler.transform(_features(weights))))
-        wanted = self.vectors.transform(prompts).toarray()
-        return _unit(predicted) @ wanted.T
-
-    def _balanced(self, x):
-        colour = len(_COLOUR)
-        return np.concatenate([x[:, :-colour] / (x.shape[1] - colour) ** 0.5, x[:, -colour:] / colour**0.5], 1)
+    def scores(self, x, prompts):
+        predicted = self.ridge.predict(x)
+        predicted /= np.maximum(np.linalg.norm(predicted, axis=1, keepdims=True), 1e-12)
+        return predicted @ self.vectors.transform(prompts).toarray().T
 
 
 _COLOUR = ("lightness", "a", "b", "metallic")
@@ -91,8 +117,10 @@ def _features(weights):
     return np.concatenate([statistics(weights), seen[list(_COLOUR)].to_numpy(float)], 1)
 
 
-def _unit(x):
-    return x / np.maximum(np.linalg.norm(x, axis=1, keepdims=True), 1e-12)
+def _balanced(x):
+    """Return standardised features (n, d), statistics and colour each scaled to a total variance of 1."""
+    colour = len(_COLOUR)
+    return np.concatenate([x[:, :-colour] / (x.shape[1] - colour) ** 0.5, x[:, -colour:] / colour**0.5], 1)
 
 
 def retrieval_rank(scores, own):
@@ -104,14 +132,11 @@ def retrieval_rank(scores, own):
 
 def cross_validate(weights, texts, sources):
     """Return a DataFrame with a row for each material: text, rank of its text among all different ones, and their
-    number; each judged by a scorer fitted to other sources.
+    number; each judged by a model fitted to other sources.
 
-    weights (n, 675), texts (n,), sources (n,): a material and its permutations have the same source.
+    weights (n, 675), texts (n,), sources (n,): see TextScorer.
     """
     prompts = sorted(set(texts))
-    texts, own = np.asarray(texts), np.array([prompts.index(text) for text in texts])
-    table = pd.DataFrame({"text": texts, "rank": 0.0, "prompts": len(prompts)})
-    for train, test in GroupKFold(FOLDS).split(own, groups=sources):
-        scorer = TextScorer().fit(weights[train], texts[train])
-        table.loc[test, "rank"] = retrieval_rank(scorer.scores(weights[test], prompts), own[test])
-    return table
+    own = [prompts.index(text) for text in texts]
+    scores = TextScorer().fit(weights, texts, sources).scores(weights, prompts, unseen=True)
+    return pd.DataFrame({"text": texts, "rank": retrieval_rank(scores, own), "prompts": len(prompts)})

@@ -84,3 +84,10 @@ def test_unknown_words_are_refused(seen):
     for judge in (colour_right, gloss_right):
         with pytest.raises(NeumatError, match=r"word: expected one of .*; found 'sticky'"):
             judge(seen(), "sticky")
+
+
+def test_what_is_not_finite_is_refused(field):
+    with pytest.raises(
+        NeumatError, match=r"weights: expected materials that are valid .*; found 1 that are not finite"
+    ):
+        appearance(torch.stack([field(albedo=0.5), field(albedo=math.nan)]))

@@ -32,13 +32,21 @@ def test_texts_name_what_is_measured(materials):
 
 
 def test_prompts_find_their_materials(materials):
-    weights, descriptions, _ = materials
-    scorer = TextScorer().fit(weights, material_texts(weights, descriptions))
+    weights, descriptions, sources = materials
+    scorer = TextScorer().fit(weights, material_texts(weights, descriptions), sources)
     scores = scorer.scores(weights, ["shiny red toy", "green cloth", "xyzzy"])
     assert scores.shape == (60, 3) and (scores[:, 2] == 0).all()
     red_toys, green_cloth = scores[30::3, 0], scores[2:30:3, 1]
     assert red_toys.min() > np.delete(scores[:, 0], range(30, 60, 3)).max()
     assert green_cloth.min() > np.delete(scores[:, 1], range(2, 30, 3)).max()
+
+
+def test_a_copy_of_a_source_is_judged_by_a_model_that_never_saw_it(materials):
+    weights, descriptions, sources = materials
+    descriptions = ["widget"] * 3 + descriptions[3:]  # a word of the first source only
+    scorer = TextScorer().fit(weights, material_texts(weights, descriptions), sources)
+    assert (scorer.scores(weights[:3], ["widget"]) > 0.05).all()
+    assert (scorer.scores(weights[:3], ["widget"], unseen=True) == 0).all()
 
 
 def test_ranks_count_what_scores_higher():
