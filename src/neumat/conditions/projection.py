@@ -32,7 +32,7 @@ class Augmentation:
         mean = captions.mean(0)
         _, singular, axes = torch.linalg.svd((captions - mean).double(), full_matrices=False)
         share = (singular**2).cumsum(0) / (singular**2).sum()
-        return cls(mean, axes[: int((share < KEPT).sum()) + 1].float(), power)
+        return cls(mean, axes[: int((share < KEPT).sum()) + 1].float().contiguous(), power)
 
     def __call__(self, texts):
         """Return encoded texts (n, t), augmented."""

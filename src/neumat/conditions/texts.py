@@ -58,7 +58,7 @@ def thing_of(material, types):
     if parents[0] == parents[1]:
         return things[0], families[0]
     family = families[0] if families[0] == families[1] else ""
-    return f"a mixture of {things[0]} and {things[1]}", family
+    return f"mixture of {things[0]} and {things[1]}", family
 
 
 def _of_one(row, count, unseen, generator):

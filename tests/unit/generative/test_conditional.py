@@ -16,8 +16,8 @@ def data():
     """Two clusters of near-Lambertian fields, which type, text and image tell apart; every one is in category 1."""
     g = torch.Generator().manual_seed(0)
     kind = torch.arange(N) % 2
-    weights = 0.01 * torch.randn(N, SIZE, generator=g)
-    weights[:, -3:] += torch.where(kind[:, None] > 0, 0.05, 0.25)
+    weights = torch.zeros(N, SIZE)
+    weights[:, -3:] = torch.where(kind[:, None] > 0, 0.05, 0.25) + 0.01 * torch.randn(N, 3, generator=g)
     embedding = torch.nn.functional.one_hot(kind, 8).float()
     category = torch.zeros(N, 3)
     category[:, 1] = 1
@@ -35,7 +35,7 @@ def data():
 def model(data):
     weights, conditions = data
     index = torch.arange(N).numpy()
-    config = {"network": {"width": 32, "depth": 2}, "components": 8, "steps": 200, "batch": 64, "nfe": 10, "lr": 3e-3}
+    config = {"network": {"width": 32, "depth": 2}, "components": 8, "steps": 300, "batch": 64, "nfe": 16, "lr": 3e-3}
     base = make("hyperdiffusion", config | {"sigma_min": 0.1, "sigma_max": 20.0})
     base.fit(Dataset(weights, index, index % 6, index >= 0), seed=0)
     tuned = ConditionalDiffusion(base, Tuning(steps=300, batch=64), {"types": ["a", "b"]}, {"x": torch.ones(2)})
@@ -53,8 +53,8 @@ def level(weights):
 @pytest.mark.parametrize("modality", ["type", "text", "image"])
 def test_samples_follow_what_was_asked(model, modality):
     bright, dark = (model.draw(40, 2, {modality: one_hot(k, SIZES[modality])}) for k in (0, 1))
-    assert (level(bright) > 0.15).float().mean() > 0.8
-    assert (level(dark) < 0.15).float().mean() > 0.8
+    assert (level(bright) > 0.15).float().mean() > 0.9
+    assert (level(dark) < 0.15).float().mean() > 0.9
 
 
 def test_rows_may_ask_for_different_things(model):

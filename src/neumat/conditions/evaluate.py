@@ -1,0 +1,261 @@
+"""How well samples follow their requests, beside null baselines and the training set's own value.
+
+No judge here shares anything with the encoders or the generative model (`metrics.appearance`, `type_scorer`,
+`text_scorer`, `alignment`). Requests are the types, the unseen prompts, and pictures of held-out materials.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+import torch
+
+from neumat.augment.manifest import protocol_indices, read_manifest
+from neumat.augment.permutations import PERMUTATIONS
+from neumat.brdf.coordinates import grid_angles
+from neumat.brdf.types import read_types
+from neumat.conditions.store import read_conditions
+from neumat.conditions.training import PROTOCOL
+from neumat.fields.field import evaluate
+from neumat.fields.store import read_neumerl
+from neumat.fields.validity import valid
+from neumat.metrics.alignment import diversity, new_environment, rendered_distance
+from neumat.metrics.appearance import appearance
+from neumat.metrics.materials import MaterialSet, metric_entries
+from neumat.metrics.novelty import NOVELTY_ENTRIES, nearest_training
+from neumat.metrics.prompts import read_prompts
+from neumat.metrics.text_scorer import TextScorer, material_texts, retrieval_rank
+from neumat.metrics.type_scorer import TypeScorer, accuracies
+from neumat.metrics.words import colour_right, gloss_right
+from neumat.render.sphere import FrozenSphere
+from neumat.seeds import numpy_generator
+
+PICTURE_SIZE = 96  # pixels of the pictures under new lighting
+DISTANCE = "brdf_l1_log"
+SEVERAL = 2  # sources of a type, from which a judge that has not seen the nearest one can know the type
+
+
+@dataclass(frozen=True)
+class Requests:
+    """What is asked of a method: `modality`; `names` (r,) of the requests; `embedding` (r, size), as the model takes
+    it; for images also `targets` (r, 675), the fields shown."""
+
+    modality: str
+    names: list
+    embedding: torch.Tensor
+    targets: torch.Tensor | None = None
+
+    def __len__(self):
+        return len(self.names)
+
+    def each(self, n):
+        """Return {modality: (r n, size)}: every request n times in a row."""
+        return {self.modality: self.embedding.repeat_interleave(n, 0)}
+
+
+class Bench:
+    """The requests and the judges of one evaluation. paths: neumerl, manifest, sources, types, prompts, conditions.
+
+    synthesiser: its encoders and projection make the requests. images: how many held-out materials are shown.
+    """
+
+    def __init__(self, paths, synthesiser, entries, images, seed):
+        self.seed, self.synthesiser = seed, synthesiser
+        rows, self.table = read_manifest(paths["manifest"]), read_types(paths["types"])
+        self.weights = read_neumerl(paths["neumerl"]).weights
+        self.conditions = read_conditions(paths["conditions"])
+        self.train, self.reference = protocol_indices(rows, PROTOCOL)
+        source = (rows["parent_a"] == rows["parent_b"]) & rows["base"].isin(self.table.index)
+        self.families = dict(zip(self.table["type"], self.table["family"], strict=True))
+
+        plain = rows[source & (rows["permutation"] == PERMUTATIONS[0])]
+        self.source_types = self.table["type"][plain["base"]].to_numpy()
+        self.types = TypeScorer().fit(self.weights[plain.index], self.source_types)
+        own = rows[source]
+        described = self.table["description"][own["base"]]
+        self.texts = TextScorer().fit(
+            self.weights[own.index], material_texts(self.weights[own.index], described), own["base"].to_numpy()
+        )
+        self.prompts = read_prompts(paths["prompts"], self.table["family"].unique())
+        self.entries = metric_entries(entries, NOVELTY_ENTRIES, seed)
+        self.training = self.materials(self.weights[self.train])
+        self.sphere = FrozenSphere(PICTURE_SIZE, environment=new_environment)
+        self.shown = numpy_generator(seed, "shown materials").permutation(self.reference)[:images]
+
+    def materials(self, weights):
+        """Return the MaterialSet of fields (n, 675), without pictures."""
+        return MaterialSet(self.entries, evaluate(weights, *grid_angles(self.entries)))
+
+    def requests(self):
+        """Return the Requests of each modality: types that training materials have, prompts, pictures."""
+        known = [name for name in self.synthesiser.types if name in set(self.source_types)]
+        rows = torch.cat([self.synthesiser.request(type=name)["type"] for name in known])
+        prompts = list(self.prompts["prompt"])
+        pictures = self.synthesiser.projection.image(self.conditions.image[self.shown, -1])
+        names = [self.conditions.facts["name"][i] for i in self.shown]
+        return [
+            Requests("type", known, rows),
+            Requests("text", prompts, self.synthesiser.texts(prompts)),
+            Requests("image", names, pictures, self.weights[self.shown]),
+        ]
+
+    def nearest(self, requests, n):
+        """Return fields (r n, 675): for each request the n training materials whose embedding is nearest; among equally
+        near ones, at random."""
+        if requests.modality == "type":
+            own = torch.nn.functional.normalize(self.conditions.type[self.train])
+        else:
+            own = self.synthesiser.projection.image(self.conditions.image[self.train]).mean(1)
+        cosine = requests.embedding @ torch.nn.functional.normalize(own).T
+        order = torch.from_numpy(numpy_generator(self.seed, "nearest").permutation(len(own)))
+        best = order[cosine[:, order].topk(n).indices]
+        return self.weights[self.train][best.flatten()]
+
+    def of_training(self, requests, n):
+        """Return (fields, the requests they belong to): training materials that are what is asked for, up to n each.
+
+        Types: unblended ones of the type. Texts: those that fit all that can be measured of the prompt. Images: those
+        that look most like the target under the judge's own lighting, the best that any retrieval can do.
+        """
+        kept, belongs = [], []
+        for i in range(len(requests)):
+            members = self._members(requests, i)
+            chosen = numpy_generator(self.seed, "members", requests.names[i]).permutation(members)[:n]
+            kept.append(self.train[chosen])
+            belongs += [i] * len(chosen)
+        return self.weights[np.concatenate(kept)], np.array(belongs)
+
+    def _members(self, requests, i):
+        if requests.modality == "type":
+            return (self.conditions.type[self.train] @ requests.embedding[i] == 1).nonzero()[:, 0].numpy()
+        if requests.modality == "image":
+            values = self.materials(requests.targets[i : i + 1])
+            return nearest_training(values, self.training, DISTANCE)[1].numpy()
+        row = self.prompts.iloc[i]
+        if not (row["colour"] or row["gloss"]):
+            return np.array([], int)
+        seen = self._training_appearance
+        fits = np.ones(len(seen), bool)
+        if row["colour"]:
+            fits &= colour_right(seen, row["colour"])
+        if row["gloss"]:
+            fits &= gloss_right(seen, row["gloss"])
+        return np.flatnonzero(fits)
+
+    @property
+    def _training_appearance(self):
+        if not hasattr(self, "_seen"):
+            self._seen = appearance(self.weights[self.train])
+        return self._seen
+
+    def judge(self, requests, weights, belongs):
+        """Return {measure: (value, how many materials)} of fields (m, 675) that answer the requests `belongs` (m,)."""
+        judges = {"type": self._types, "text": self._texts, "image": self._images}
+        result = judges[requests.modality](requests, weights, belongs)
+        materials = self.materials(weights)
+        spread = [diversity(materials[torch.from_numpy(belongs == i)]) for i in np.unique(belongs)]
+        result["diversity"] = (np.nanmean(spread) if np.isfinite(spread).any() else np.nan, len(weights))
+        distance, _ = nearest_training(materials, self.training, DISTANCE)
+        result["nearest training"] = (distance.median().item(), len(weights))
+        return result
+
+    def by_type(self, requests, weights, belongs, unseen):
+        """Return the table of `accuracies` of fields that answer requests for types."""
+        return accuracies(self.types, weights, np.array(requests.names)[belongs], self.families, unseen)
+
+    def _types(self, requests, weights, belongs):
+        unseen, seen = (self.by_type(requests, weights, belongs, unseen) for unseen in (True, False))
+        several = unseen["sources"] >= SEVERAL
+        return {
+            "type right, judge has not seen it": _mean(unseen[several], "top1"),
+            "type among 3, judge has not seen it": _mean(unseen[several], "top3"),
+            "family right, judge has not seen it": _mean(unseen, "family_accuracy"),
+            "type right": _mean(seen, "top1"),
+        }
+
+    def _texts(self, requests, weights, belongs):
+        rank = retrieval_rank(self.texts.scores(weights, requests.names, unseen=True), belongs)
+        result = {"rank of the prompt": (np.median(rank), len(rank)), "prompt among 3": (np.mean(rank <= 3), len(rank))}
+        right = self.words_right(weights, belongs)
+        return result | {f"{column} right": (hits.mean(), len(hits)) for column, hits in right.items()}
+
+    def words_right(self, weights, belongs):
+        """Return {"colour": hits, "gloss": hits}: whether what can be measured of each prompt is true, bool arrays over
+        the fields whose prompt says something of it."""
+        seen, result = appearance(weights), {}
+        for column, right in (("colour", colour_right), ("gloss", gloss_right)):
+            hits = [
+                right(seen[belongs == i], self.prompts[column][i])
+                for i in np.unique(belongs)
+                if self.prompts[column][i]
+            ]
+            result[column] = np.concatenate(hits) if hits else np.array([])
+        return result
+
+    def _images(self, requests, weights, belongs):
+        rmse, _ = rendered_distance(self.sphere, weights, requests.targets[belongs])
+        return {"RMSE under new light": (rmse.mean(), len(rmse))}
+
+
+def _mean(table, column):
+    count = int(table["judged"].sum())
+    return ((table[column] * table["judged"]).sum() / count if count else np.nan, count)
+
+
+def compare(bench, model, n, guidance, seed, progress=iter):
+    """Return (rows, samples): the table of all measures, and {modality: fields (r n, 675)} of the conditional model.
+
+    Rows have modality, method, measure, value, materials. Methods: "conditional" at `guidance`; "null: nearest" and
+    "null: unconditional"; "training set", what training materials that are right reach.
+    """
+    rows, samples = [], {}
+    for requests in progress(bench.requests()):
+        every = np.repeat(np.arange(len(requests)), n)
+        samples[requests.modality], drawn = model.sample(len(every), seed, requests.each(n), guidance)
+        answers = {
+            "conditional": (samples[requests.modality], every),
+            "null: nearest": (bench.nearest(requests, n), every),
+            "null: unconditional": (model.sample(len(every), seed, {})[0], every),
+            "training set": bench.of_training(requests, n),
+        }
+        for method, (weights, belongs) in answers.items():
+            for measure, (value, count) in bench.judge(requests, weights, belongs).items():
+                rows.append((requests.modality, method, measure, value, count))
+        rows.append((requests.modality, "conditional", "drawn anew", drawn - len(every), len(every)))
+    return pd.DataFrame(rows, columns=["modality", "method", "measure", "value", "materials"]), samples
+
+
+def guidance_sweep(bench, model, n, guidances, seed, progress=iter):
+    """Return a DataFrame with a row for each guidance scale: what `draw` gives, the invalid left out but counted.
+
+    Columns: guidance, type_right (judge has not seen it), colour_right, gloss_right, image_rmse, diversity (mean over
+    the modalities), nearest (median distance to training), invalid (share).
+    """
+    rows = []
+    everything = bench.requests()
+    for guidance in progress(guidances):
+        found, invalid, total = {}, 0, 0
+        for requests in everything:
+            every = np.repeat(np.arange(len(requests)), n)
+            weights = model.draw(len(every), seed, requests.each(n), guidance)
+            good = valid(weights)
+            invalid, total = invalid + int((~good).sum()), total + len(good)
+            if good.any():
+                found[requests.modality] = bench.judge(requests, weights[good], every[good.numpy()])
+        rows.append(_summary(found) | {"guidance": guidance, "invalid": invalid / total})
+    return pd.DataFrame(rows)
+
+
+COLUMNS = {
+    "type_right": ("type", "type right, judge has not seen it"),
+    "colour_right": ("text", "colour right"),
+    "gloss_right": ("text", "gloss right"),
+    "image_rmse": ("image", "RMSE under new light"),
+}
+
+
+def _summary(found):
+    row = {name: found[modality][measure][0] for name, (modality, measure) in COLUMNS.items() if modality in found}
+    for name, measure in (("diversity", "diversity"), ("nearest", "nearest training")):
+        row[name] = np.mean([judged[measure][0] for judged in found.values()]) if found else np.nan
+    return row
