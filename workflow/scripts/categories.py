@@ -9,7 +9,7 @@ from neumat.files import atomic_path
 from neumat.metrics.categories import names_table, overlap_table, readings_table, source_table
 from neumat.stage import stage
 
-TYPES = Path(snakemake.scriptdir).parents[1] / "config/types.tsv"
+TYPES = Path(snakemake.scriptdir).resolve().parents[1] / "config/types.tsv"
 
 with stage(snakemake):
     rules = snakemake.params.rules

@@ -10,7 +10,7 @@ from neumat.metrics.categories import kmeans_table, with_types
 from neumat.reporting.category_figures import kmeans_figure, statistics_by_material, statistics_by_type
 from neumat.stage import stage
 
-TYPES = Path(snakemake.scriptdir).parents[1] / "config/types.tsv"
+TYPES = Path(snakemake.scriptdir).resolve().parents[1] / "config/types.tsv"
 
 with stage(snakemake):
     statistics, output = pd.read_csv(snakemake.input.sources), snakemake.output
