@@ -9,9 +9,9 @@ from neumat.brdf.statistics import CHANNELS
 from neumat.errors import NeumatError
 
 # What a material is called where it should be in a category, as a regular expression over its name, type and family.
-# Low- and mid-specular have no such words. "specular" and "phenolic" do not say plastic, the family does.
+# No word says low- or mid-specular.
 WORDS = {
-    "diffuse": r"(?<!specular-)fabric\b|felt|matte|diffuse|foam|latex|(?:pure|blue|violet|neoprene)-rubber",
+    "diffuse": r"^(?!.*specular).*(?:fabric|felt|matte|diffuse|foam|rubber)",
     "metallic": r"\bmetal\b|metallic|silver|gold",
     "high-specular": r"specular-|chrome",
     "plastic": r"plastic",
