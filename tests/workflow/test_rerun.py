@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from runner import ROOT, SMOKE, command, planned, run
 
-AFTER_SAMPLING = {
+CONSTRAINED = {"constrained", "constrained_sheet", "constrained_table"}
+AFTER_SAMPLING = CONSTRAINED | {
     "sample",
     "score",
     "unconditional",
@@ -39,6 +40,7 @@ def test_cores_and_threads_rerun_nothing(smoke, arguments):
         ("generative: {sampling: {seed: 1}}", AFTER_SAMPLING),
         ("evaluate: {bootstrap: 30}", {"unconditional", "generalisation_table", "run_table"}),
         ("render: {grid_rows: 1}", {"grid", "run_table"}),
+        ("constrained: {rules: {mirror_width: 0.1}}", CONSTRAINED | {"categories", "run_table"}),
     ],
 )
 def test_a_changed_key_reruns_its_stage_and_what_follows(smoke, tmp_path, overlay, rules):
@@ -62,7 +64,7 @@ def test_code_counts_and_comments_do_not(smoke, tmp_path):
     script.write_text(f"# A comment.\n{text}# Another.\n")
     assert planned(smoke, "--", "smoke", root=tmp_path) == set()
     script.write_text(f"{text}\nprint('changed')\n")
-    assert planned(smoke, "--", "smoke", root=tmp_path) == AFTER_SAMPLING - {"chart_sampling"}
+    assert planned(smoke, "--", "smoke", root=tmp_path) == AFTER_SAMPLING - CONSTRAINED - {"chart_sampling"}
 
 
 def contents(folder):

@@ -1,7 +1,9 @@
 """The checked configuration, and what the rules share."""
 
 import sys
+from hashlib import sha256
 from math import ceil
+from pathlib import Path
 
 from neumat.brdf.categories import CATEGORIES, check_rules
 from neumat.config import inception_file, load, source_count, source_files
@@ -24,7 +26,6 @@ SOURCES_STORE = "results/sources/sources.h5"
 STORE = "results/augmerl/augmerl.h5"
 MANIFEST = "results/augmerl/manifest.tsv"
 NEUMERL = "results/neumerl/neumerl.h5"
-TYPES = f"{workflow.basedir}/config/types.tsv"
 # Materials that are fitted: every one, or one of each six that differ in the order of their colours.
 FITTED = range(
     0,
@@ -66,6 +67,11 @@ wildcard_constraints:
 def code(script):
     """The digest of a script and of what it imports: a changed module reruns the stage, a comment does not."""
     return digest(f"{workflow.basedir}/workflow/scripts/{script}.py")
+
+
+def contents(path):
+    """The digest of a file of the repository: as an input it would tie results to where the workflow lies."""
+    return sha256(Path(workflow.basedir, path).read_bytes()).hexdigest()[:16]
 
 
 def section(name, *unused):

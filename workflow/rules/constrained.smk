@@ -22,7 +22,6 @@ rule categories:
     input:
         fields="results/categories/statistics.csv",
         sources="results/categories/sources.csv",
-        types=TYPES,
     output:
         categories=report(
             "results/tables/categories.csv",
@@ -52,6 +51,7 @@ rule categories:
         "../envs/neumat.yaml"
     params:
         code=code("categories"),
+        types=contents("config/types.tsv"),
         rules=config["constrained"]["rules"],
     script:
         "../scripts/categories.py"
@@ -60,7 +60,6 @@ rule categories:
 rule category_figures:
     input:
         sources="results/categories/sources.csv",
-        types=TYPES,
     output:
         by_type=report(
             "results/figures/statistics-by-type.png",
@@ -86,6 +85,7 @@ rule category_figures:
         "../envs/neumat.yaml"
     params:
         code=code("category_figures"),
+        types=contents("config/types.tsv"),
     script:
         "../scripts/category_figures.py"
 

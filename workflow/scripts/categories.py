@@ -1,15 +1,20 @@
 """The categories of the sources, what other readings of the rules change, overlaps, agreement with the names."""
 
+from pathlib import Path
+
 import pandas as pd
 
+from neumat.brdf.types import read_types
 from neumat.files import atomic_path
-from neumat.metrics.categories import names_table, overlap_table, read_types, readings_table, source_table
+from neumat.metrics.categories import names_table, overlap_table, readings_table, source_table
 from neumat.stage import stage
+
+TYPES = Path(snakemake.scriptdir).resolve().parents[1] / "config/types.tsv"
 
 with stage(snakemake):
     rules = snakemake.params.rules
     fields, sources = (pd.read_csv(path) for path in (snakemake.input.fields, snakemake.input.sources))
-    table = source_table(sources, read_types(snakemake.input.types, sources["name"]), rules)
+    table = source_table(sources, read_types(TYPES), rules)
     tables = {
         "categories": table,
         "readings": readings_table(sources, fields, rules),

@@ -1,16 +1,20 @@
 """The statistics behind the categories: M3ashy's Figs. 23 to 25, and the boundaries of k-means."""
 
+from pathlib import Path
+
 import pandas as pd
 
+from neumat.brdf.types import read_types
 from neumat.files import atomic_path
-from neumat.metrics.categories import kmeans_table, read_types
+from neumat.metrics.categories import kmeans_table, with_types
 from neumat.reporting.category_figures import kmeans_figure, statistics_by_material, statistics_by_type
 from neumat.stage import stage
 
+TYPES = Path(snakemake.scriptdir).resolve().parents[1] / "config/types.tsv"
+
 with stage(snakemake):
     statistics, output = pd.read_csv(snakemake.input.sources), snakemake.output
-    labels = read_types(snakemake.input.types, statistics["name"])[["type", "family"]]
-    table = pd.concat([statistics, labels.reset_index(drop=True)], axis=1)
+    table = with_types(statistics, read_types(TYPES))
     statistics_by_type(table, output.by_type)
     statistics_by_material(table, output.by_material)
     kmeans_figure(statistics, output.kmeans)

@@ -46,8 +46,8 @@ def constrained_samples(sampler, accept, n, budget, batch, seed, progress=None):
     """Return the Found with the first n accepted samples, fewer where `budget` candidates hold no more.
 
     sampler: (n, seed) -> weights (n, 675), any model's. accept: weights (k, 675) float32 tensor -> bool (k,); it sees
-    valid BRDFs only (`fields.validity.valid`), others are counted and dropped. Candidates come `batch` at a time, each batch
-    from a seed of its own, so the result does not depend on n. progress: called with how many more were found.
+    valid BRDFs only (`fields.validity.valid`), others are counted and dropped. Candidates come `batch` at a time, each
+    batch from a seed of its own, so the result does not depend on n. progress: called with how many more were found.
     Raises NeumatError where a number is below 1 or the sampler returns another shape.
     """
     for name, value in (("n", n), ("budget", budget), ("batch", batch)):

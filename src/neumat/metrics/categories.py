@@ -4,14 +4,14 @@ import numpy as np
 import pandas as pd
 from sklearn.cluster import KMeans
 
-from neumat.brdf.categories import CATEGORIES, categorise, check_rules, other_readings
+from neumat.brdf.categories import CATEGORIES, categorise, other_readings
 from neumat.brdf.statistics import CHANNELS
 from neumat.errors import NeumatError
 
 # What a material is called where it should be in a category, as a regular expression over its name, type and family.
-# Low- and mid-specular have no such words. "specular" and "phenolic" do not say plastic, the family does.
+# No word says low- or mid-specular.
 WORDS = {
-    "diffuse": r"(?<!specular-)fabric\b|felt|matte|diffuse|foam|latex|(?:pure|blue|violet|neoprene)-rubber",
+    "diffuse": r"^(?!.*specular).*(?:fabric|felt|matte|diffuse|foam|rubber)",
     "metallic": r"\bmetal\b|metallic|silver|gold",
     "high-specular": r"specular-|chrome",
     "plastic": r"plastic",
@@ -21,27 +21,17 @@ PAPER_BOUNDARIES = (100, 600)  # M3ashy, appendix D.4, 1/sr
 CLUSTERS = 3
 
 
-def read_types(path, names):
-    """Return type, family and description (index: `names`) from a TSV; "unknown" where a name is not in it.
-
-    Raises NeumatError where a column is missing.
-    """
-    table = pd.read_csv(path, sep="\t", dtype=str)
-    missing = {"name", "type", "family", "description"} - set(table.columns)
-    if missing:
-        raise NeumatError(path, "columns name, type, family, description", f"none called {', '.join(sorted(missing))}")
-    return table.set_index("name").reindex(names).fillna("unknown")
+def with_types(statistics, types):
+    """Return the statistics of sources with their type and family after the `name`; "unknown" where `types`, of
+    brdf.types.read_types, does not name them."""
+    labels = types[["type", "family"]].reindex(statistics["name"]).fillna("unknown").reset_index(drop=True)
+    return pd.concat([statistics[["name"]], labels, statistics.drop(columns="name")], axis=1)
 
 
 def source_table(statistics, types, rules):
-    """Return one row per source: name, type, family, a bool for each category, the statistics.
-
-    statistics: of the sources, with `name`; types: of `read_types`, in the same order.
-    """
-    check_rules(rules)
-    labels = types[["type", "family"]].reset_index(drop=True)
-    values = statistics.drop(columns="name")
-    return pd.concat([statistics[["name"]], labels, categorise(statistics, rules), values], axis=1)
+    """Return one row per source: name, type, family, a bool for each category, the statistics; see `with_types`."""
+    table = with_types(statistics, types)
+    return pd.concat([table.iloc[:, :3], categorise(statistics, rules), table.iloc[:, 3:]], axis=1)
 
 
 def readings_table(sources, fields, rules):

@@ -84,7 +84,8 @@ def constrained_chart(table, path):
     """Draw what one accepted material costs in seconds, by category and way of sampling, into a PNG.
 
     table: of metrics.constrained.constrained_table. Categories from common to rare in the training materials. A
-    search that found nothing shows as an open arrow at all of its seconds: the cost lies beyond.
+    search that found nothing shows as an open arrow at all of its seconds: the cost lies beyond. Dashed: ten times the
+    cost of the commonest.
     """
     share = table.groupby("category")["training_share"].first()
     order = sorted(share.index, key=lambda name: (share[name], CATEGORIES.index(name)))
@@ -97,6 +98,9 @@ def constrained_chart(table, path):
                 rows["seconds_per_accepted"][found], y[found], s=32, marker=MARKERS[k], label=way, linewidths=0, **style
             )
             axes.scatter(rows["seconds"][~found], y[~found], s=40, marker=">", facecolors="none", edgecolors=COLOURS[k])
+            commonest = rows["seconds_per_accepted"].iloc[y.argmax()]
+            if np.isfinite(commonest):
+                axes.axvline(10 * commonest, color=COLOURS[k], linestyle="--", linewidth=1, zorder=1)
         axes.set(xscale="log", xlabel="seconds per accepted material", ylim=(-0.6, len(order) - 0.4))
         axes.set_yticks(range(len(order)), [f"{name} ({100 * share[name]:.1f} %)" for name in order])
         axes.legend(title="way", title_fontsize=8, alignment="left", loc="center left", bbox_to_anchor=(1, 0.5))

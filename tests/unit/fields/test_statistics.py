@@ -9,7 +9,6 @@ from neumat.brdf.statistics import material_statistics
 from neumat.fields.field import Field
 from neumat.fields.layout import SIZE, permute_channels
 from neumat.fields.statistics import FieldStatistics, neumerl_statistics
-from neumat.fields.validity import valid_fields
 
 
 @pytest.fixture(scope="module")
@@ -43,19 +42,3 @@ def test_exact_permutations_are_evaluated_once(weights, exact, monkeypatch):
     np.testing.assert_allclose(
         table.drop(columns="name").to_numpy(float), expected.to_numpy(float), rtol=1e-4, atol=1e-5
     )
-
-
-def constant(value):
-    """The field that is `value` in every direction."""
-    weights = torch.zeros(SIZE)
-    weights[-3:] = torch.log1p(torch.tensor(value))
-    return weights
-
-
-def test_valid_fields():
-    broken = torch.stack([constant(0.2), constant(0.2)])
-    broken[0, 5], broken[1, 5] = torch.nan, torch.inf
-    weights = torch.cat(
-        [torch.stack([constant(0.2), constant(0.31), constant(0.33), torch.full((SIZE,), 9.0)]), broken]
-    )
-    assert valid_fields(weights).tolist() == [True, True, False, False, False, False]  # 1 / pi = .318

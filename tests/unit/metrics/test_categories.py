@@ -9,9 +9,9 @@ from neumat.metrics.categories import (
     kmeans_table,
     names_table,
     overlap_table,
-    read_types,
     readings_table,
     source_table,
+    with_types,
 )
 
 RULES = {
@@ -50,27 +50,19 @@ def statistics():
 
 
 @pytest.fixture
-def types(tmp_path):
-    path = tmp_path / "types.tsv"
-    path.write_text(
-        "name\ttype\tfamily\tdescription\n"
-        "chrome\tchrome\tmetal\tchrome\nred-fabric\tfabric\tfabric\tfabric\ngray-plastic\tplastic\tplastic\tplastic\n"
-    )
-    return path
+def types():
+    rows = {"chrome": ("chrome", "metal"), "red-fabric": ("fabric", "fabric"), "gray-plastic": ("plastic", "plastic")}
+    return pd.DataFrame.from_dict(rows, orient="index", columns=["type", "family"])
 
 
-def test_types_follow_the_names(types, tmp_path):
-    table = read_types(types, NAMES)
+def test_types_follow_the_names(statistics, types):
+    table = with_types(statistics, types)
     assert table["type"].tolist() == ["fabric", "chrome", "plastic", "unknown"]
-    types.write_text("name\ttype\n")
-    with pytest.raises(
-        NeumatError, match="columns name, type, family, description; found none called description, fam"
-    ):
-        read_types(types, NAMES)
+    assert list(table)[:4] == ["name", "type", "family", "entries"]
 
 
 def test_tables_by_hand(statistics, types):
-    table = source_table(statistics, read_types(types, NAMES), RULES)
+    table = source_table(statistics, types, RULES)
     members = {category: set(table["name"][table[category]]) for category in CATEGORIES}
     assert members == {
         "diffuse": {"red-fabric"},
