@@ -155,7 +155,9 @@ class ConditionalDiffusion:
             drawn += len(broken)
         broken = int((~valid(weights)).sum())
         if broken:
-            raise NeumatError(f"{n} samples at guidance {guidance:g}", "valid BRDFs", f"{broken} broken ({drawn} drawn)")
+            raise NeumatError(
+                f"{n} samples at guidance {guidance:g}", "valid BRDFs", f"{broken} broken ({drawn} drawn)"
+            )
         return weights, drawn
 
     def _filled(self, n, request):
