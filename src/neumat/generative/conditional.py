@@ -34,14 +34,16 @@ class RequestEmbedding(nn.Module):
 
     def __init__(self, sizes):
         super().__init__()
-        self.names = list(sizes)
+        self.sizes = sizes
         self.enter = nn.ModuleList(nn.Linear(size, HIDDEN) for size in sizes.values())
         self.net = nn.Sequential(nn.SiLU(), nn.Linear(HIDDEN, HIDDEN), nn.SiLU(), nn.Linear(HIDDEN, LEVEL_WIDTH))
         nn.init.zeros_(self.net[-1].weight)
         nn.init.zeros_(self.net[-1].bias)
 
     def forward(self, request, present):
-        entered = (enter(request[name]) for name, enter in zip(self.names, self.enter, strict=True))
+        # Rows have length 1: scaled so that their entries are as large as the layers' initial weights expect.
+        scaled = (request[name] * size**0.5 for name, size in self.sizes.items())
+        entered = (enter(rows) for enter, rows in zip(self.enter, scaled, strict=True))
         return self.net(sum(present[:, k, None] * part for k, part in enumerate(entered)))
 
 
@@ -63,8 +65,8 @@ class ConditionalDiffusion:
     """A fitted HyperDiffusion, and a copy of its network that was tuned to requests.
 
     A request is {modality: tensor (n, size) or (1, size)} for any of MODALITIES: rows of type sum to 1 over the types
-    asked for, rows of category hold one 1, text and image are embeddings of unit length. Without any it is the unconditional
-    model itself. notes: a dict that JSON can hold, and extra: a dict of tensors, both kept in the checkpoint for
+    asked for, rows of category hold one 1, text and image are embeddings of unit length. Without any it is the
+    unconditional model itself. notes: a dict that JSON can hold, and extra: a dict of tensors, both kept in the checkpoint for
     whoever makes requests.
     """
 
