@@ -10,11 +10,11 @@ import torch
 
 from neumat.augment.manifest import read_manifest
 from neumat.augment.permutations import PERMUTATIONS, channel_order
+from neumat.brdf.types import read_types, type_names, type_rows
 from neumat.conditions.encoders import make_encoder
 from neumat.conditions.looks import colour_names
 from neumat.conditions.photos import augmented, turned
 from neumat.conditions.texts import captions, thing_of
-from neumat.brdf.types import read_types, type_names, type_rows
 from neumat.fields.store import read_neumerl
 from neumat.files import atomic_path, open_store
 from neumat.metrics.appearance import appearance
