@@ -49,7 +49,11 @@ TARGETS = {
         "results/tables/categories.csv",
         "results/figures/kmeans.png",
         "results/tables/constrained.csv",
-        *expand("results/constrained/{category}.png", category=CATEGORIES),
+        *expand(
+            "results/constrained/{way}{category}.png",
+            way=["", "guided/"],
+            category=CATEGORIES,
+        ),
     ],
     "charts": ["results/charts/fit.csv", "results/charts/sampling.csv"],
     "generalisation": ["results/tables/generalisation.csv"],

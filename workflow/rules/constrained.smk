@@ -90,15 +90,20 @@ rule category_figures:
         "../scripts/category_figures.py"
 
 
+# By rejection from the unconditional model, or, under guided/, from the conditional one asked for the category.
 rule constrained:
     input:
-        "results/models/parity/hyperdiffusion.safetensors",
+        branch(
+            lambda wildcards: wildcards.way == "",
+            then="results/models/parity/hyperdiffusion.safetensors",
+            otherwise=CONDITIONAL,
+        ),
     output:
-        "results/constrained/{category}.h5",
+        "results/constrained/{way,|guided/}{category}.h5",
     log:
-        "results/logs/constrained/{category}.log",
+        "results/logs/constrained/{way}{category}.log",
     benchmark:
-        "results/benchmarks/constrained/{category}.tsv"
+        "results/benchmarks/constrained/{way}{category}.tsv"
     conda:
         "../envs/neumat.yaml"
     params:
@@ -111,17 +116,17 @@ rule constrained:
 
 rule constrained_sheet:
     input:
-        "results/constrained/{category}.h5",
+        "results/constrained/{way}{category}.h5",
     output:
         report(
-            "results/constrained/{category}.png",
+            "results/constrained/{way,|guided/}{category}.png",
             caption="../report/constrained_sheet.rst",
             category="Constrained",
         ),
     log:
-        "results/logs/constrained_sheet/{category}.log",
+        "results/logs/constrained_sheet/{way}{category}.log",
     benchmark:
-        "results/benchmarks/constrained_sheet/{category}.tsv"
+        "results/benchmarks/constrained_sheet/{way}{category}.tsv"
     conda:
         "../envs/neumat.yaml"
     params:
@@ -134,7 +139,11 @@ rule constrained_sheet:
 
 rule constrained_table:
     input:
-        found=expand("results/constrained/{category}.h5", category=CATEGORIES),
+        found=expand(
+            "results/constrained/{way}{category}.h5",
+            way=["", "guided/"],
+            category=CATEGORIES,
+        ),
         statistics="results/categories/statistics.csv",
         neumerl=NEUMERL,
         manifest=MANIFEST,

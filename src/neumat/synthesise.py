@@ -1,0 +1,66 @@
+"""Make new materials on demand: `python -m neumat.synthesise --text "red plastic"`."""
+
+import argparse
+import sys
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from neumat.brdf.coordinates import ENTRIES, above_horizon, grid_angles
+from neumat.brdf.merl import write_merl
+from neumat.conditions.synthesis import Synthesiser
+from neumat.errors import NeumatError
+from neumat.fields.field import evaluate
+from neumat.files import atomic_path
+from neumat.render.mitsuba_scene import render_grid
+from neumat.reporting.figures import save_image
+
+MODEL = "results/conditional/model.safetensors"
+
+
+def parser():
+    """Return the command line's parser."""
+    made = argparse.ArgumentParser(prog="python -m neumat.synthesise", description=__doc__)
+    made.add_argument("--text", help='words, such as "red plastic"')
+    made.add_argument("--type", help="one of the 48 types of the MERL materials, such as metallic-paint")
+    made.add_argument("--category", help="a category of reflectance, such as mirror")
+    made.add_argument("--image", type=Path, help="a photo or render of a material")
+    made.add_argument("-n", type=int, default=6, help="how many materials (6)")
+    made.add_argument("--guidance", type=float, default=2.0, help="how closely to follow the request, from -1 (2)")
+    made.add_argument("--seed", type=int, default=0, help="another seed gives other materials (0)")
+    made.add_argument("--model", type=Path, default=Path(MODEL), help=f"the trained model ({MODEL})")
+    made.add_argument("--output", type=Path, default=Path("materials"), help="folder for what is made (materials)")
+    made.add_argument("--merl", action="store_true", help="write each as a MERL .binary file too (33 MB)")
+    return made
+
+
+def main(arguments=None):
+    """Write a picture of the materials, their weights (n, 675) and, if asked for, MERL tables into the output folder."""
+    options = parser().parse_args(arguments)
+    asked = {key: getattr(options, key) for key in ("type", "category", "text", "image")}
+    weights, drawn = Synthesiser.load(options.model).synthesise(options.n, options.seed, options.guidance, **asked)
+    options.output.mkdir(parents=True, exist_ok=True)
+    with atomic_path(options.output / "weights.npy") as temporary:
+        np.save(temporary, weights.numpy())
+    if options.merl:
+        for k, table in enumerate(_tables(weights)):
+            write_merl(options.output / f"material-{k}.binary", table)
+    save_image(render_grid(weights, min(6, len(weights)), 256, 64), options.output / "preview.png")
+    print(f"{len(weights)} materials in {options.output} ({drawn - len(weights)} drafts were no valid BRDF)")
+
+
+def _tables(weights):
+    """Yield the dense MERL tables (1458000, 3) of weights (n, 675)."""
+    entries = above_horizon().nonzero()[:, 0]
+    for row in weights:
+        table = np.full((ENTRIES, 3), np.nan, np.float32)
+        table[entries] = torch.cat([evaluate(row[None], *grid_angles(part))[0] for part in entries.split(1 << 17)])
+        yield table
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except NeumatError as error:
+        sys.exit(str(error))
