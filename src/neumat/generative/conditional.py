@@ -121,8 +121,10 @@ class ConditionalDiffusion:
         are those of DDIM (Song et al. 2021, eq. 12) for gamma_t = prod (1 - beta_s); and guidance is linear in the
         predicted noise, so it is the same thing for D, which is what any of our samplers takes.
 
-        Raises NeumatError for a guidance below -1 or not finite, or a request that does not fit.
+        Raises NeumatError for n below 1, a guidance below -1 or not finite, or a request that does not fit.
         """
+        if n < 1:
+            raise NeumatError("n", "at least 1 sample", n)
         if not -1 <= guidance < float("inf"):
             raise NeumatError("guidance", "a finite number of at least -1", guidance)
         coordinates, unconditional = self.base.restored()
@@ -168,8 +170,10 @@ class ConditionalDiffusion:
                 raise NeumatError("request", f"one of {', '.join(self.sizes)}", name)
         for name, size in self.sizes.items():
             rows = request.get(name, torch.zeros(1, size))
-            if rows.shape not in ((n, size), (1, size)) or not torch.isfinite(rows).all():
-                raise NeumatError(f"{name} of the request", f"finite rows ({n} or 1, {size})", tuple(rows.shape))
+            if rows.shape not in ((n, size), (1, size)):
+                raise NeumatError(f"{name} of the request", f"rows ({n} or 1, {size})", tuple(rows.shape))
+            if not torch.isfinite(rows).all():
+                raise NeumatError(f"{name} of the request", "finite numbers", rows[~torch.isfinite(rows)][0].item())
             filled[name] = rows.expand(n, -1).to(device())
         given = torch.tensor([[float(name in request) for name in self.sizes]], device=device())
         return filled, given.expand(n, -1)

@@ -121,12 +121,16 @@ def test_wrong_requests_end_in_one_line(model):
     for request, guidance, expected in (
         ({"smell": one_hot(0, 2)}, 0, "smell"),
         ({"type": one_hot(0, 3)}, 0, "type of the request"),
-        ({"text": torch.full((1, 8), float("nan"))}, 0, "text of the request"),
+        ({"text": torch.full((1, 8), float("nan"))}, 0, "text of the request: expected finite numbers; found nan"),
         ({"type": one_hot(0, 2)}, -1.5, "at least -1"),
         ({"type": one_hot(0, 2)}, float("nan"), "at least -1"),
     ):
         with pytest.raises(NeumatError, match=expected):
             model.draw(2, 0, request, guidance)
+    for n in (0, -3):
+        for ask in (model.draw, model.sample):
+            with pytest.raises(NeumatError, match="at least 1 sample"):
+                ask(n, 0, {})
 
 
 def test_something_is_always_asked_in_training():
