@@ -48,6 +48,7 @@ TARGETS = {
         "results/figures/kmeans.png",
         "results/tables/constrained.csv",
         *expand("results/constrained/{category}.png", category=CATEGORIES),
+        "results/tables/stability_conditional.csv",
     ],
     "charts": ["results/charts/fit.csv", "results/charts/sampling.csv"],
     "generalisation": ["results/tables/generalisation.csv"],
