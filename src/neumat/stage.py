@@ -4,6 +4,7 @@ import contextlib
 import functools
 import logging
 import sys
+from pathlib import Path
 
 import torch
 from threadpoolctl import threadpool_limits
@@ -12,6 +13,12 @@ from tqdm import tqdm
 from neumat.errors import NeumatError
 
 progress = functools.partial(tqdm, disable=None)  # a bar where a terminal is attached, else nothing
+
+
+def config_file(snakemake, name):
+    """Return the path of a table in config/. Its content is a param of the rule (`contents`) and not its path an input,
+    which would tie results to where the workflow lies."""
+    return Path(snakemake.scriptdir).resolve().parents[1] / "config" / name
 
 
 @contextlib.contextmanager

@@ -44,6 +44,8 @@ TARGETS = {
         "results/figures/nearest.png",
         "results/figures/heatmap.png",
         "results/figures/grid.png",
+        "results/tables/conditional.csv",
+        "results/charts/guidance.png",
         "results/tables/categories.csv",
         "results/figures/kmeans.png",
         "results/tables/constrained.csv",

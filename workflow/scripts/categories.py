@@ -1,20 +1,16 @@
 """The categories of the sources, what other readings of the rules change, overlaps, agreement with the names."""
 
-from pathlib import Path
-
 import pandas as pd
 
 from neumat.brdf.types import read_types
 from neumat.files import atomic_path
 from neumat.metrics.categories import names_table, overlap_table, readings_table, source_table
-from neumat.stage import stage
-
-TYPES = Path(snakemake.scriptdir).resolve().parents[1] / "config/types.tsv"
+from neumat.stage import config_file, stage
 
 with stage(snakemake):
     rules = snakemake.params.rules
     fields, sources = (pd.read_csv(path) for path in (snakemake.input.fields, snakemake.input.sources))
-    table = source_table(sources, read_types(TYPES), rules)
+    table = source_table(sources, read_types(config_file(snakemake, "types.tsv")), rules)
     tables = {
         "categories": table,
         "readings": readings_table(sources, fields, rules),

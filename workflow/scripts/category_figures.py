@@ -1,20 +1,16 @@
 """The statistics behind the categories: M3ashy's Figs. 23 to 25, and the boundaries of k-means."""
 
-from pathlib import Path
-
 import pandas as pd
 
 from neumat.brdf.types import read_types
 from neumat.files import atomic_path
 from neumat.metrics.categories import kmeans_table, with_types
 from neumat.reporting.category_figures import kmeans_figure, statistics_by_material, statistics_by_type
-from neumat.stage import stage
-
-TYPES = Path(snakemake.scriptdir).resolve().parents[1] / "config/types.tsv"
+from neumat.stage import config_file, stage
 
 with stage(snakemake):
     statistics, output = pd.read_csv(snakemake.input.sources), snakemake.output
-    table = with_types(statistics, read_types(TYPES))
+    table = with_types(statistics, read_types(config_file(snakemake, "types.tsv")))
     statistics_by_type(table, output.by_type)
     statistics_by_material(table, output.by_material)
     kmeans_figure(statistics, output.kmeans)

@@ -14,7 +14,9 @@ from neumat.augment.manifest import protocol_indices, read_manifest
 from neumat.augment.permutations import PERMUTATIONS
 from neumat.brdf.coordinates import grid_angles
 from neumat.brdf.types import read_types
-from neumat.conditions.store import read_conditions
+from neumat.conditions.measured import measured_pictures
+from neumat.conditions.photos import augmented, turned
+from neumat.conditions.store import AZIMUTHS, GOLDEN, RINGS, SIZE, TILT, read_conditions
 from neumat.conditions.training import PROTOCOL
 from neumat.fields.field import evaluate
 from neumat.fields.store import read_neumerl
@@ -27,40 +29,46 @@ from neumat.metrics.prompts import read_prompts
 from neumat.metrics.text_scorer import TextScorer, material_texts, retrieval_rank
 from neumat.metrics.type_scorer import TypeScorer, accuracies
 from neumat.metrics.words import colour_right, gloss_right
-from neumat.render.sphere import FrozenSphere
+from neumat.render.scene import to_srgb8
+from neumat.render.sphere import FrozenSphere, radiance_fields
 from neumat.seeds import numpy_generator
 
 PICTURE_SIZE = 96  # pixels of the pictures under new lighting
 DISTANCE = "brdf_l1_log"
+UNSEEN = 50  # number of a lighting that no training picture has
 SEVERAL = 2  # sources of a type, from which a judge that has not seen the nearest one can know the type
 
 
 @dataclass(frozen=True)
 class Requests:
     """What is asked of a method: `modality`; `names` (r,) of the requests; `embedding` (r, size), as the model takes
-    it; for images also `targets` (r, 675), the fields shown."""
+    it; for images also `targets`, the fields shown (r, 675) or their pictures under the judge's light, and `shown`
+    (r, H, W, 3) uint8, what was asked with."""
 
     modality: str
     names: list
     embedding: torch.Tensor
     targets: torch.Tensor | None = None
+    shown: torch.Tensor | None = None
 
     def __len__(self):
         return len(self.names)
 
     def each(self, n):
         """Return {modality: (r n, size)}: every request n times in a row."""
-        return {self.modality: self.embedding.repeat_interleave(n, 0)}
+        modality = "image" if self.modality == "measured" else self.modality
+        return {modality: self.embedding.repeat_interleave(n, 0)}
 
 
 class Bench:
     """The requests and the judges of one evaluation. paths: neumerl, manifest, sources, types, prompts, conditions.
 
-    synthesiser: its encoders and projection make the requests. images: how many held-out materials are shown.
+    synthesiser: its encoders and projection make the requests. entries: of the valid MERL entries. images: how many
+    held-out materials are shown. measured: a folder of RGL files that are shown too, or None.
     """
 
-    def __init__(self, paths, synthesiser, entries, images, seed):
-        self.seed, self.synthesiser = seed, synthesiser
+    def __init__(self, paths, synthesiser, entries, images, measured, seed):
+        self.seed, self.synthesiser, self.measured = seed, synthesiser, measured
         rows, self.table = read_manifest(paths["manifest"]), read_types(paths["types"])
         self.weights = read_neumerl(paths["neumerl"]).weights
         self.conditions = read_conditions(paths["conditions"])
@@ -80,6 +88,7 @@ class Bench:
         self.entries = metric_entries(entries, NOVELTY_ENTRIES, seed)
         self.training = self.materials(self.weights[self.train])
         self.sphere = FrozenSphere(PICTURE_SIZE, environment=new_environment)
+        self.camera = FrozenSphere(SIZE, RINGS, AZIMUTHS, environment=turned(UNSEEN * GOLDEN, TILT))
         self.shown = numpy_generator(seed, "shown materials").permutation(self.reference)[:images]
 
     def materials(self, weights):
@@ -91,13 +100,19 @@ class Bench:
         known = [name for name in self.synthesiser.types if name in set(self.source_types)]
         rows = torch.cat([self.synthesiser.request(type=name)["type"] for name in known])
         prompts = list(self.prompts["prompt"])
-        pictures = self.synthesiser.projection.image(self.conditions.image[self.shown, -1])
+        shown = self.weights[self.shown]
+        taken = augmented(radiance_fields(self.camera, shown), self.seed, "shown")
         names = [self.conditions.facts["name"][i] for i in self.shown]
-        return [
+        result = [
             Requests("type", known, rows),
             Requests("text", prompts, self.synthesiser.texts(prompts)),
-            Requests("image", names, pictures, self.weights[self.shown]),
+            Requests("image", names, self.synthesiser.images(taken), shown, taken),
         ]
+        if self.measured:
+            names, linear, judged = measured_pictures(self.measured, self.camera, self.sphere)
+            taken = augmented(linear, self.seed, "measured")
+            result.append(Requests("measured", names, self.synthesiser.images(taken), to_srgb8(judged), taken))
+        return result
 
     def nearest(self, requests, n):
         """Return fields (r n, 675): for each request the n training materials whose embedding is nearest; among equally
@@ -131,6 +146,8 @@ class Bench:
         if requests.modality == "image":
             values = self.materials(requests.targets[i : i + 1])
             return nearest_training(values, self.training, DISTANCE)[1].numpy()
+        if requests.modality == "measured":
+            return np.array([], int)
         row = self.prompts.iloc[i]
         if not (row["colour"] or row["gloss"]):
             return np.array([], int)
@@ -150,7 +167,7 @@ class Bench:
 
     def judge(self, requests, weights, belongs):
         """Return {measure: (value, how many materials)} of fields (m, 675) that answer the requests `belongs` (m,)."""
-        judges = {"type": self._types, "text": self._texts, "image": self._images}
+        judges = {"type": self._types, "text": self._texts, "image": self._images, "measured": self._images}
         result = judges[requests.modality](requests, weights, belongs)
         materials = self.materials(weights)
         spread = [diversity(materials[torch.from_numpy(belongs == i)]) for i in np.unique(belongs)]
@@ -202,36 +219,42 @@ def _mean(table, column):
     return ((table[column] * table["judged"]).sum() / count if count else np.nan, count)
 
 
-def compare(bench, model, n, guidance, seed, progress=iter):
-    """Return (rows, samples): the table of all measures, and {modality: fields (r n, 675)} of the conditional model.
+def compare(bench, n, guidance, seed, progress=iter):
+    """Return (rows, types, samples): all measures; those of each type; {modality: (Requests, fields (r n, 675))}.
 
     Rows have modality, method, measure, value, materials. Methods: "conditional" at `guidance`; "null: nearest" and
-    "null: unconditional"; "training set", what training materials that are right reach.
+    "null: unconditional"; "training set", what training materials that are right reach. types: `accuracies` of the
+    conditional samples, by a judge that knows all sources (top1_seen) and by one that has not seen the nearest.
     """
-    rows, samples = [], {}
+    rows, samples, model = [], {}, bench.synthesiser.model
     for requests in progress(bench.requests()):
         every = np.repeat(np.arange(len(requests)), n)
-        samples[requests.modality], drawn = model.sample(len(every), seed, requests.each(n), guidance)
+        weights, drawn = model.sample(len(every), seed, requests.each(n), guidance)
+        samples[requests.modality] = requests, weights
         answers = {
-            "conditional": (samples[requests.modality], every),
+            "conditional": (weights, every),
             "null: nearest": (bench.nearest(requests, n), every),
             "null: unconditional": (model.sample(len(every), seed, {})[0], every),
             "training set": bench.of_training(requests, n),
         }
-        for method, (weights, belongs) in answers.items():
-            for measure, (value, count) in bench.judge(requests, weights, belongs).items():
-                rows.append((requests.modality, method, measure, value, count))
+        for method, (fields, belongs) in answers.items():
+            if len(fields):
+                for measure, (value, count) in bench.judge(requests, fields, belongs).items():
+                    rows.append((requests.modality, method, measure, value, count))
         rows.append((requests.modality, "conditional", "drawn anew", drawn - len(every), len(every)))
-    return pd.DataFrame(rows, columns=["modality", "method", "measure", "value", "materials"]), samples
+        if requests.modality == "type":
+            types, seen = (bench.by_type(requests, weights, every, unseen) for unseen in (True, False))
+            types.insert(4, "top1_seen", seen["top1"])
+    return pd.DataFrame(rows, columns=["modality", "method", "measure", "value", "materials"]), types, samples
 
 
-def guidance_sweep(bench, model, n, guidances, seed, progress=iter):
+def guidance_sweep(bench, n, guidances, seed, progress=iter):
     """Return a DataFrame with a row for each guidance scale: what `draw` gives, the invalid left out but counted.
 
     Columns: guidance, type_right (judge has not seen it), colour_right, gloss_right, image_rmse, diversity (mean over
     the modalities), nearest (median distance to training), invalid (share).
     """
-    rows = []
+    rows, model = [], bench.synthesiser.model
     everything = bench.requests()
     for guidance in progress(guidances):
         found, invalid, total = {}, 0, 0

@@ -15,7 +15,8 @@ GREY, PALE = 6.5, 20.0  # chroma below which a colour is none; below which warm 
 BLACK, DARK, LIGHT, WHITE = 15.0, 25.0, 42.0, 53.0  # lightness; a white Lambert sphere has 60
 WORDS = {
     "black": ("black",),
-    "gray": ("gray", "grey", "silver"),
+    "gray": ("gray", "grey"),
+    "silver": ("silver", "silvery gray"),
     "white": ("white",),
     "brown": ("brown",),
     "beige": ("beige", "light brown"),
@@ -23,7 +24,8 @@ WORDS = {
     "red": ("red",),
     "dark red": ("dark red", "maroon", "red"),
     "orange": ("orange",),
-    "yellow": ("yellow", "golden"),
+    "yellow": ("yellow",),
+    "gold": ("gold", "golden"),
     "green": ("green",),
     "turquoise": ("turquoise", "cyan", "teal"),
     "blue": ("blue",),
@@ -32,8 +34,14 @@ WORDS = {
 """The words for each colour that `colour_names` gives; captions take one of them at random."""
 
 
-def colour_names(pictures):
+METALS = {"gray": "silver", "white": "silver", "yellow": "gold"}
+"""What these colours are called on a metal."""
+
+
+def colour_names(pictures, metallic):
     """Return a key of WORDS for each uint8 sRGB picture (n, S, S, 3) of a sphere in the scene of `scene.py`.
+
+    metallic (n,), bool: whether it shows a metal, see `METALS`.
 
     The colour is the median over the sphere of each CIELAB coordinate, which leaves small highlights out, lifted
     half-way towards the mean, which takes in what a metal reflects.
@@ -42,7 +50,8 @@ def colour_names(pictures):
     axis = ((np.arange(size) + 0.5) / size * 2 - 1) / scene.RADIUS
     disc = torch.from_numpy(np.hypot(axis[:, None], axis) < 0.9)
     lab = rgb2lab(np.asarray(pictures[:, disc]) / 255)
-    return [_name(*row) for row in (np.median(lab, axis=1) + lab.mean(axis=1)) / 2]
+    names = [_name(*row) for row in (np.median(lab, axis=1) + lab.mean(axis=1)) / 2]
+    return [METALS.get(name, name) if metal else name for name, metal in zip(names, metallic, strict=True)]
 
 
 def _name(lightness, a, b):
@@ -58,6 +67,8 @@ def _name(lightness, a, b):
         return "pink"
     if name == "red" and lightness < DARK:
         return "dark red"
-    if name == "purple" and lightness > LIGHT:
+    if name == "pink" and lightness < LIGHT:
+        return "dark red" if hue < 180 else "purple"
+    if name == "purple" and lightness > LIGHT and hue > 330:
         return "pink"
     return name

@@ -10,11 +10,11 @@ import torch
 
 from neumat.augment.manifest import read_manifest
 from neumat.augment.permutations import PERMUTATIONS, channel_order
+from neumat.brdf.types import read_types, type_names, type_rows
 from neumat.conditions.encoders import make_encoder
 from neumat.conditions.looks import colour_names
 from neumat.conditions.photos import augmented, turned
 from neumat.conditions.texts import captions, thing_of
-from neumat.brdf.types import read_types, type_names, type_rows
 from neumat.fields.store import read_neumerl
 from neumat.files import atomic_path, open_store
 from neumat.metrics.appearance import appearance
@@ -56,14 +56,15 @@ def make_conditions(neumerl, manifest, types, prompts, config, seed, progress=it
     encoder = make_encoder(config["encoder"])
     facts = pd.DataFrame([thing_of(row, table) for row in rows.itertuples()], columns=["thing", "family"])
     facts.insert(0, "name", rows["name"])
-    facts["gloss"] = gloss_name(appearance(weights))
+    seen = appearance(weights)
+    facts["gloss"] = gloss_name(seen)
 
     images = []
     for k in progress(range(config["pictures"])):
         lighting = k % config["lightings"]
         linear = _pictures(weights, lighting)
         if k == 0:
-            facts["colour"] = colour_names(to_srgb8(linear))
+            facts["colour"] = colour_names(to_srgb8(linear), seen["metallic"])
         images.append(encoder.encode_image(augmented(linear, seed, k)))
 
     said = captions(facts, config["captions"], read_prompts(prompts, table["family"].unique())["prompt"], seed)

@@ -14,6 +14,10 @@ GLOSS = {
     "glossy": ("glossy", "shiny", "specular", "smooth"),
     "mirror": ("mirror-like", "highly polished", "very shiny", "highly specular", "reflective"),
 }
+# Objects of no particular material, and how else one says a colour: a request is not worded as a catalogue is.
+OBJECTS = ("vase", "chair", "ball", "box", "lamp", "toy", "bottle", "door", "shoe", "table", "wall", "helmet", "phone")
+SHADES = ("bright", "deep", "vivid", "pure", "strong", "plain")
+FINISHES = {"metal": ("metallic",), "fabric": ("textile", "cloth"), "wood": ("wooden",), "stone": ("mineral",)}
 # What a caption is made of; each wording leaves something out, as people do.
 WORDINGS = (
     "{colour} {thing}",
@@ -24,11 +28,19 @@ WORDINGS = (
     "{thing}",
     "a material of {colour} {thing}",
     "{colour} {family}",
+    "a {colour} {finish} {object}",
     "{gloss} {colour} {family}",
     "{gloss} {family}",
+    "{finish}",
     "{family}, {colour}",
     "{colour}",
+    "{shade} {colour}",
     "{colour} material",
+    "something {gloss}",
+    "a {colour} {object}",
+    "{gloss} {colour} {object}",
+    "a {gloss} {object}",
+    "a {colour} thing with a {gloss} finish",
     "{gloss} {colour} surface",
     "{gloss}",
     "{gloss} material",
@@ -63,7 +75,7 @@ def thing_of(material, types):
 
 def _of_one(row, count, unseen, generator):
     made = []
-    usable = [wording for wording in WORDINGS if row.family or "{family}" not in wording]
+    usable = [w for w in WORDINGS if row.family or not ("{family}" in w or "{finish}" in w)]
     while len(made) < count:
         wording = usable[generator.integers(len(usable))]
         text = wording.format(
@@ -71,6 +83,9 @@ def _of_one(row, count, unseen, generator):
             gloss=generator.choice(GLOSS[row.gloss]),
             thing=row.thing,
             family=row.family,
+            finish=generator.choice(FINISHES.get(row.family, (row.family,))),
+            object=generator.choice(OBJECTS),
+            shade=generator.choice(SHADES),
         )
         if not any(text == prompt or (" " in prompt and prompt in text) for prompt in unseen):
             made.append(text)

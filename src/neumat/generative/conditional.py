@@ -2,7 +2,7 @@
 
 import functools
 import json
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import torch
@@ -15,7 +15,7 @@ from neumat.fields.validity import valid
 from neumat.files import atomic_path
 from neumat.generative.denoisers import LEVEL_WIDTH
 from neumat.generative.hyperdiffusion import HyperDiffusion
-from neumat.generative.schedule import Denoiser
+from neumat.generative.schedule import Denoiser, loguniform_sigmas
 from neumat.generative.training import device, seeded, train
 from neumat.seeds import seed_for
 
@@ -34,38 +34,43 @@ class RequestEmbedding(nn.Module):
 
     def __init__(self, sizes):
         super().__init__()
-        self.names = list(sizes)
+        self.sizes = sizes
         self.enter = nn.ModuleList(nn.Linear(size, HIDDEN) for size in sizes.values())
         self.net = nn.Sequential(nn.SiLU(), nn.Linear(HIDDEN, HIDDEN), nn.SiLU(), nn.Linear(HIDDEN, LEVEL_WIDTH))
         nn.init.zeros_(self.net[-1].weight)
         nn.init.zeros_(self.net[-1].bias)
 
     def forward(self, request, present):
-        entered = (enter(request[name]) for name, enter in zip(self.names, self.enter, strict=True))
+        # Rows have length 1: scaled so that their entries are as large as the layers' initial weights expect.
+        scaled = (request[name] * size**0.5 for name, size in self.sizes.items())
+        entered = (enter(rows) for enter, rows in zip(self.enter, scaled, strict=True))
         return self.net(sum(present[:, k, None] * part for k, part in enumerate(entered)))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Tuning:
     """Hyperparameters of the fine-tuning. given: the probability that a modality is given in a training example (one
-    is always given); jitter: standard deviation of the noise on embedded texts and images, which lie on the unit
-    sphere; steps, batch, lr, warmup: see `training.train`."""
+    is always given); jitter: length of the noise on embedded texts and images, which lie on the unit sphere; settled:
+    the noise level below which a sample's kind is settled: the tuned network is trained and used above it only, and
+    the unconditional one, which has learnt the finer levels for longer, finishes; steps, batch, lr, warmup: see
+    `training.train`."""
 
     steps: int = 4000
     batch: int = 256
-    lr: float = 1e-3
+    lr: float = 2e-3
     warmup: int = 100
-    given: float = 0.4
-    jitter: float = 0.4
+    given: float = 0.25
+    jitter: float = 0.2
+    settled: float = 1.5
 
 
 class ConditionalDiffusion:
     """A fitted HyperDiffusion, and a copy of its network that was tuned to requests.
 
     A request is {modality: tensor (n, size) or (1, size)} for any of MODALITIES: rows of type sum to 1 over the types
-    asked for, rows of category hold one 1, text and image are embeddings of unit length. Without any it is the unconditional
-    model itself. notes: a dict that JSON can hold, and extra: a dict of tensors, both kept in the checkpoint for
-    whoever makes requests.
+    asked for, rows of category hold one 1, text and image are embeddings of unit length. Without any it is the
+    unconditional model itself. notes: a dict that JSON can hold, and extra: a dict of tensors, both kept in the
+    checkpoint for whoever makes requests.
     """
 
     def __init__(self, base, tuning, notes, extra):
@@ -85,7 +90,7 @@ class ConditionalDiffusion:
             request = RequestEmbedding(self.sizes)
         on = device()
         both = nn.ModuleDict({"network": denoiser.network, "request": request}).to(on)
-        base = replace(self.base, batch=tuning.batch)
+        highest = self.base.sampling_levels()[0].item()
 
         def loss(generator):
             given = _given(tuning.batch, tuning.given, generator)
@@ -101,8 +106,8 @@ class ConditionalDiffusion:
             network = functools.partial(both["network"], condition=both["request"](asked, given.to(on)))
             clean = data[rows]
             noise = torch.randn(clean.shape, generator=generator)
-            levels = base.training_levels(generator)
-            return Denoiser(network, base.preconditioning).loss(clean.to(on), levels.to(on), noise.to(on))
+            levels = loguniform_sigmas(tuning.batch, tuning.settled, highest, generator)
+            return Denoiser(network, self.base.preconditioning).loss(clean.to(on), levels.to(on), noise.to(on))
 
         train(
             both, loss, steps=tuning.steps, lr=tuning.lr, warmup=tuning.warmup, precision=self.base.precision,
@@ -135,6 +140,8 @@ class ConditionalDiffusion:
             condition = embedding(*self._filled(n, request))
 
         def denoise(x, sigma, rows):
+            if sigma < self.tuning.settled:
+                return unconditional(x, sigma)
             tuned = Denoiser(functools.partial(network, condition=condition[rows]), self.base.preconditioning)
             wanted = tuned(x, sigma)
             return wanted if guidance == 0 else wanted + guidance * (wanted - unconditional(x, sigma))

@@ -84,8 +84,7 @@ class HyperDiffusion(GenerativeModel):
             raise NeumatError(f"network of {self.denoiser}", "its own arguments", error) from error
         return Denoiser(network.to(device()), self.preconditioning)
 
-    def training_levels(self, generator):
-        """Return (batch,) noise levels of one training step."""
+    def _training_levels(self, generator):
         if self.noise == "lognormal":
             return lognormal_sigmas(self.batch, self.log_mean, self.log_std, generator)
         if self.noise == "loguniform":
@@ -93,7 +92,8 @@ class HyperDiffusion(GenerativeModel):
         levels = linear_sigmas()
         return levels[torch.randint(len(levels), (self.batch,), generator=generator)]
 
-    def _sampling_levels(self):
+    def sampling_levels(self):
+        """Return the descending noise levels of sampling, the last one 0."""
         steps = max(2, self.nfe // EVALUATIONS[self.sampler])
         if self.noise == "linear":
             levels = linear_sigmas().flip(0)
@@ -116,7 +116,7 @@ class HyperDiffusion(GenerativeModel):
             share = self.blend * torch.rand(self.batch, 1, generator=generator)
             clean = torch.lerp(data[rows[0]], data[rows[1]], share)
             noise = torch.randn(clean.shape, generator=generator)
-            return denoiser.loss(clean.to(on), self.training_levels(generator).to(on), noise.to(on))
+            return denoiser.loss(clean.to(on), self._training_levels(generator).to(on), noise.to(on))
 
         train(
             denoiser.network, loss, steps=self.steps, lr=self.lr, lr_end=self.lr_end, warmup=self.warmup,
@@ -146,7 +146,7 @@ class HyperDiffusion(GenerativeModel):
     def integrate(self, denoise, coordinates, n, seed):
         """Return weights (n, 675) sampled by `denoise(x, sigma, rows)`, rows the slice of the n that x stands for."""
         size = coordinates.into.shape[1]
-        sigmas = self._sampling_levels().to(device())
+        sigmas = self.sampling_levels().to(device())
         samples = []
         for start in range(0, n, SAMPLE_BATCH):
             generator = torch_generator(seed, "sample", start, device=device())

@@ -51,9 +51,13 @@ def test_blends_are_mixtures_and_unknown_sources_are_called_by_their_name():
 
 def test_colours_of_even_spheres():
     linear = torch.tensor(
-        [[0.5, 0.02, 0.02], [0.02, 0.3, 0.02], [0.02, 0.03, 0.4], [0.3, 0.3, 0.3], [0.002, 0.002, 0.002], [0.5, 0.35, 0.01],
-         [0.05, 0.05, 0.05], [0.06, 0.03, 0.02]]
+        [
+            [0.5, 0.02, 0.02], [0.02, 0.3, 0.02], [0.02, 0.03, 0.4], [0.3, 0.3, 0.3], [0.002, 0.002, 0.002],
+            [0.5, 0.35, 0.01], [0.05, 0.05, 0.05], [0.06, 0.03, 0.02],
+        ]
     )  # fmt: skip
     pictures = scene.to_srgb8(linear[:, None, None].expand(-1, 32, 32, 3).clone(), 1.0)
     expected = ["red", "green", "blue", "white", "black", "yellow", "gray", "brown"]
-    assert colour_names(pictures) == expected
+    assert colour_names(pictures, [False] * 8) == expected
+    as_metals = ["red", "green", "blue", "silver", "black", "gold", "silver", "brown"]
+    assert colour_names(pictures, [True] * 8) == as_metals

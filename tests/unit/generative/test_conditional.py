@@ -38,7 +38,9 @@ def model(data):
     config = {"network": {"width": 32, "depth": 2}, "components": 8, "steps": 300, "batch": 64, "nfe": 16, "lr": 3e-3}
     base = make("hyperdiffusion", config | {"sigma_min": 0.1, "sigma_max": 20.0})
     base.fit(Dataset(weights, index, index % 6, index >= 0), seed=0)
-    tuned = ConditionalDiffusion(base, Tuning(steps=300, batch=64), {"types": ["a", "b"]}, {"x": torch.ones(2)})
+    tuned = ConditionalDiffusion(
+        base, Tuning(steps=300, batch=64, settled=0.1), {"types": ["a", "b"]}, {"x": torch.ones(2)}
+    )
     return tuned.fit(weights, conditions, seed=1)
 
 
@@ -73,13 +75,12 @@ def test_guidance_of_minus_one_is_exactly_the_unconditional_model(model):
 def test_guidance_is_linear_in_what_the_request_changes(model):
     """One Euler step from a common start: the result moves by the same amount for each unit of guidance."""
     model.base.sampler, model.base.nfe, before = "euler", 2, (model.base.sampler, model.base.nfe)
-    levels = model.base._sampling_levels
-    model.base._sampling_levels = lambda: torch.tensor([5.0, 0.0])
+    model.base.sampling_levels = lambda: torch.tensor([5.0, 0.0])
     try:
         a, b, c = (model.draw(4, 5, {"text": one_hot(0, 8)}, w) for w in (-1.0, 0.0, 2.0))
     finally:
         model.base.sampler, model.base.nfe = before
-        model.base._sampling_levels = levels
+        del model.base.sampling_levels
     assert torch.allclose(c, a + 3 * (b - a), atol=1e-4)
 
 
@@ -145,3 +146,10 @@ def test_rare_categories_are_drawn_as_often_as_common_ones(data):
     assert (asked.sum(0)[1:] / 2000 - 0.5).abs().max() < 0.05 and asked[:, 0].sum() == 0
     assert (category[rows] * asked).sum(1).eq(1).all()
     assert len(rows[asked[:, 2] == 1].unique()) == 5
+
+
+def test_below_the_settled_level_the_unconditional_model_finishes(model, monkeypatch):
+    """With every sampling level below it, a request changes nothing."""
+    monkeypatch.setattr(model.base, "sampling_levels", lambda: torch.tensor([0.05, 0.02, 0.0]), raising=False)
+    expected = model.draw(4, 7, {})
+    assert torch.equal(model.draw(4, 7, {"type": one_hot(0, 2)}, 3.0), expected)

@@ -61,11 +61,11 @@ def test_rotated_coordinates_have_no_layers_or_neurons(metric, network):
 @pytest.mark.parametrize("sampler", SAMPLERS)
 def test_a_sampler_spends_the_evaluations_it_is_given(sampler):
     model = HyperDiffusion(sampler=sampler, nfe=40)
-    assert len(model._sampling_levels()) == 40 // EVALUATIONS[sampler] + 1
+    assert len(model.sampling_levels()) == 40 // EVALUATIONS[sampler] + 1
 
 
 def test_the_linear_schedule_is_sampled_at_levels_that_training_saw():
-    levels = HyperDiffusion(noise="linear", sampler="ancestral", nfe=100)._sampling_levels()
+    levels = HyperDiffusion(noise="linear", sampler="ancestral", nfe=100).sampling_levels()
     assert torch.equal(levels[:-1], linear_sigmas().flip(0))
 
 

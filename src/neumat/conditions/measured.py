@@ -1,0 +1,26 @@
+"""Real measurements as requests: pictures of RGL materials that no model here has seen."""
+
+from pathlib import Path
+
+import torch
+
+from neumat.brdf.rgl import SUFFIX, read_rgl
+from neumat.errors import NeumatError
+from neumat.render.tables import radiance_tables, table_matrix
+
+
+def measured_pictures(folder, *spheres):
+    """Return the names of the isotropic RGL .bsdf files in a folder, and for each FrozenSphere their linear pictures
+    (m, size, size, 3). Raises NeumatError where the folder holds none.
+    """
+    files = sorted(Path(folder).glob(f"*{SUFFIX}"))
+    if not files:
+        raise NeumatError(folder, f"{SUFFIX} files", "none")
+    pictures = [[] for _ in spheres]
+    for path in files:
+        table = torch.from_numpy(read_rgl(path))
+        entries = torch.isfinite(table).all(1).nonzero()[:, 0]
+        for sphere, found in zip(spheres, pictures, strict=True):
+            matrix, used = table_matrix(sphere, entries)
+            found.append(radiance_tables(sphere, matrix, table[entries[used]]))
+    return [path.stem for path in files], *map(torch.cat, pictures)

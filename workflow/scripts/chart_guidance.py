@@ -1,0 +1,21 @@
+"""Chart 3: what the guidance scale trades."""
+
+from pathlib import Path
+
+from neumat.brdf.sources import read_sources
+from neumat.conditions.evaluate import Bench, guidance_sweep
+from neumat.conditions.synthesis import Synthesiser
+from neumat.files import atomic_path
+from neumat.reporting.request_figures import guidance_chart
+from neumat.stage import config_file, progress, stage
+
+with stage(snakemake):
+    store, p = snakemake.input, snakemake.params
+    paths = dict(store) | {name: config_file(snakemake, f"{name}.tsv") for name in ("types", "prompts")}
+    entries = read_sources(store.sources).entries
+    bench = Bench(paths, Synthesiser.load(store.model), entries, p.config["images"], None, p.seed)
+    n = max(2, p.config["samples"] // 2)
+    table = guidance_sweep(bench, n, p.config["guidances"], p.sampling_seed, progress)
+    with atomic_path(snakemake.output.table) as temporary:
+        table.to_csv(temporary, index=False)
+    guidance_chart(table, p.config["guidance"], Path(snakemake.output.chart))

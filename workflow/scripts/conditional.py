@@ -1,0 +1,27 @@
+"""How well conditional samples follow their requests, by modality and by type; M3ashy's Figs. 7 to 9."""
+
+import h5py
+
+from neumat.brdf.sources import read_sources
+from neumat.conditions.evaluate import Bench, compare
+from neumat.conditions.synthesis import Synthesiser
+from neumat.files import atomic_path
+from neumat.reporting.conditional import FIGURES, request_figure
+from neumat.stage import config_file, progress, stage
+
+with stage(snakemake):
+    store, p, output = snakemake.input, snakemake.params, snakemake.output
+    synthesiser = Synthesiser.load(store.model)
+    paths = dict(store) | {name: config_file(snakemake, f"{name}.tsv") for name in ("types", "prompts")}
+    entries = read_sources(store.sources).entries
+    bench = Bench(paths, synthesiser, entries, p.config["images"], p.config["measured"], p.seed)
+    table, types, samples = compare(bench, p.config["samples"], p.config["guidance"], p.sampling_seed, progress)
+    for rows, path in ((table, output.table), (types, output.types)):
+        with atomic_path(path) as temporary:
+            rows.to_csv(temporary, index=False)
+    with atomic_path(output.samples) as temporary, h5py.File(temporary, "w") as file:
+        for modality, (requests, weights) in samples.items():
+            file[f"{modality}/requests"], file[f"{modality}/samples"] = requests.names, weights.numpy()
+        file.attrs.update(guidance=p.config["guidance"], seed=p.sampling_seed)
+    for modality in FIGURES:
+        request_figure(*samples[modality], p.size, p.spp, output[modality])
