@@ -1,6 +1,6 @@
 rule stability_conditional:
     input:
-        model="results/models/parity/conditional.safetensors",
+        model=CONDITIONAL,
         neumerl=NEUMERL,
         manifest=MANIFEST,
         sources=SOURCES_STORE,
