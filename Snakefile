@@ -20,6 +20,7 @@ include: "workflow/rules/evaluate.smk"
 include: "workflow/rules/render.smk"
 include: "workflow/rules/conditional.smk"
 include: "workflow/rules/constrained.smk"
+include: "workflow/rules/stability.smk"
 include: "workflow/rules/charts.smk"
 include: "workflow/rules/run.smk"
 

@@ -54,6 +54,7 @@ TARGETS = {
             way=["", "guided/"],
             category=CATEGORIES,
         ),
+        "results/tables/stability_conditional.csv",
     ],
     "charts": ["results/charts/fit.csv", "results/charts/sampling.csv"],
     "generalisation": ["results/tables/generalisation.csv"],

@@ -14,6 +14,8 @@ from neumat.seeds import torch_generator
 SIZE = 128  # pixels of a picture before encoding
 SMALLEST, FLATTEST = 16, 2 / 255  # pixels along the shorter side; standard deviation of an image that shows something
 EXPOSURES, BALANCE = 0.7, 0.08  # stops to either side; standard deviation of the log gain of each channel
+# What Pillow's decoders raise for a damaged file; the last comes from AVIF's, the one before from GIF's.
+DECODING = (OSError, UnidentifiedImageError, SyntaxError, ValueError, EOFError, RuntimeError)
 CROPS = (0.35, 1.0)  # side of the crop as a share of the sphere's diameter
 
 
@@ -21,32 +23,49 @@ def read_photo(path):
     """Return an image file as uint8 sRGB (SIZE, SIZE, 3): its central square, transparency on mid grey.
 
     Any format, bit depth and orientation that Pillow reads. Raises NeumatError for a missing, truncated or foreign
-    file, one of less than SMALLEST pixels along a side, and one that shows nothing (a single brightness).
+    file, values that are not finite, and a picture that shows nothing (see `check_picture`).
     """
     try:
         with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of tags and formats: what is read despite them is as good
             warnings.simplefilter("error", Image.DecompressionBombWarning)
             with Image.open(path) as file:
-                if min(file.size) < SMALLEST:
-                    raise NeumatError(path, f"an image of at least {SMALLEST} x {SMALLEST} pixels", file.size)
+                _check_size(path, file.size)
                 file.draft("RGB", (4 * SIZE, 4 * SIZE))  # a huge JPEG is read at a fraction of its size
                 image = ImageOps.exif_transpose(file)
                 image = ImageOps.fit(_rgb(image), (SIZE, SIZE), Image.Resampling.BOX, centering=(0.5, 0.5))
-    except (OSError, UnidentifiedImageError, SyntaxError, ValueError) as error:
+    except DECODING as error:
         raise NeumatError(path, "a whole image file", error) from error
     except (Image.DecompressionBombWarning, Image.DecompressionBombError) as error:
         raise NeumatError(path, f"an image of at most {Image.MAX_IMAGE_PIXELS} pixels", "a larger one") from error
-    pixels = np.array(image)
+    pixels = torch.from_numpy(np.array(image))
+    check_picture(path, pixels)
+    return pixels
+
+
+def check_picture(where, pixels):
+    """Raise NeumatError for what is no uint8 tensor (H, W, 3), for less than SMALLEST pixels along a side, and for a
+    picture that shows nothing (a single brightness)."""
+    if pixels.dtype != torch.uint8 or pixels.ndim != 3 or pixels.shape[2] != 3:
+        raise NeumatError(where, "a picture, uint8 (H, W, 3)", f"{pixels.dtype} {tuple(pixels.shape)}")
+    _check_size(where, (pixels.shape[1], pixels.shape[0]))
     if (pixels / 255).std() < FLATTEST:
-        raise NeumatError(path, "a picture of a material", f"one even colour, {tuple(pixels[0, 0].tolist())}")
-    return torch.from_numpy(pixels)
+        raise NeumatError(where, "a picture of a material", f"one even colour, {tuple(pixels[0, 0].tolist())}")
+
+
+def _check_size(where, size):
+    if min(size) < SMALLEST:
+        raise NeumatError(where, f"an image of at least {SMALLEST} x {SMALLEST} pixels", size)
 
 
 def _rgb(image):
-    """Return a Pillow image as RGB; 16-bit grey is scaled, not clipped, to 8 bits."""
+    """Return a Pillow image as RGB; deeper grey is scaled, not clipped, to 8 bits: 16 bits by their range, 32 bits and
+    floats by their maximum."""
     if image.mode.startswith(("I", "F")):
         grey = np.asarray(image, np.float64)
-        top = 65535 if image.mode.startswith("I") else max(grey.max(), 1e-12)
+        if not np.isfinite(grey).all():
+            raise ValueError("values that are not finite")
+        top = max(grey.max(), 65535 if image.mode.startswith("I") else 1e-12)
         image = Image.fromarray((grey.clip(0, top) / top * 255).round().astype(np.uint8))
     if "A" in image.getbands() or "transparency" in image.info:
         image = image.convert("RGBA")

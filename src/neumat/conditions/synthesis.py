@@ -5,7 +5,7 @@ import logging
 import torch
 
 from neumat.conditions.encoders import encoder_of
-from neumat.conditions.photos import read_photo
+from neumat.conditions.photos import check_picture, read_photo
 from neumat.conditions.projection import Projection
 from neumat.errors import NeumatError
 from neumat.generative.conditional import ConditionalDiffusion
@@ -44,7 +44,7 @@ class Synthesiser:
         """Return {modality: row (1, size)} for what is not None.
 
         type, category: a name; text: words; image: the path of an image file, or a picture uint8 (H, W, 3). Raises
-        NeumatError for an unknown name, an empty text or an image that shows nothing; warns of texts that are far
+        NeumatError for an unknown name, no text or an image that shows nothing; warns of texts that are far
         from all that the model was trained on, or too long.
         """
         rows = {}
@@ -56,14 +56,19 @@ class Synthesiser:
             rows["text"] = self.texts([text])
         if image is not None:
             picture = image if isinstance(image, torch.Tensor) else read_photo(image)
+            check_picture("image", picture)
             rows["image"] = self.images(picture[None])
         return rows
 
     def texts(self, texts):
-        """Return the embeddings (n, size) of texts. Raises NeumatError for an empty one."""
+        """Return the embeddings (n, size) of texts. Raises NeumatError for an empty one and for what is no text."""
         for text in texts:
+            if not isinstance(text, str):
+                raise NeumatError("text", "words", repr(text))
             if not text.strip():
                 raise NeumatError("text", "words", "an empty text")
+            if any("\ud800" <= letter <= "\udfff" for letter in text):  # as Python reads bytes that are not UTF-8
+                raise NeumatError("text", "Unicode", f"{text[:40]!r}")
             if len(text.split()) > WORDS_READ:
                 logging.warning("text: only its first %d words are read, of %d", WORDS_READ, len(text.split()))
         features = self.encoder.encode_text([" ".join(text.split()[:WORDS_READ]) for text in texts])

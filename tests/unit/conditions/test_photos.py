@@ -5,7 +5,7 @@ import pytest
 import torch
 from PIL import Image
 
-from neumat.conditions.photos import SIZE, augmented, read_photo, turned
+from neumat.conditions.photos import SIZE, augmented, check_picture, read_photo, turned
 from neumat.errors import NeumatError
 from neumat.render import scene
 
@@ -92,3 +92,57 @@ def test_augmented_pictures_lie_within_the_sphere():
     assert (centre > 60).all()
     assert torch.equal(pictures, augmented(linear, 0, "test"))
     assert not torch.equal(pictures, augmented(linear, 0, "other"))
+
+
+def test_orientation_colour_spaces_and_palettes_read_as_what_they_show(tmp_path):
+    picture = Image.new("RGB", (64, 64), (250, 0, 0))
+    picture.paste((0, 0, 250), (0, 32, 64, 64))
+    expected = read_photo(save(tmp_path, picture)).int()
+    orientation = Image.Exif()
+    orientation[0x0112] = 6  # shown a quarter turn clockwise from how it is stored
+    path = tmp_path / "turned.jpg"
+    picture.rotate(90).save(path, exif=orientation, quality=95)
+    assert (read_photo(path).int() - expected).abs().float().mean() < 4
+    assert (read_photo(save(tmp_path, picture.convert("CMYK"), "cmyk.jpg")).int() - expected).abs().float().mean() < 4
+    palette = picture.convert("P", palette=Image.Palette.ADAPTIVE)
+    path = tmp_path / "palette.png"
+    palette.save(path, transparency=palette.getpixel((0, 0)))
+    pixels = read_photo(path).int()
+    assert (pixels[: SIZE // 2 - 1] == 119).all() and torch.equal(pixels[SIZE // 2 + 1 :], expected[SIZE // 2 + 1 :])
+
+
+def test_deep_grey_is_scaled_by_what_it_holds_and_refused_where_not_finite(tmp_path):
+    grey = RNG.random((40, 40))
+    expected = read_photo(save(tmp_path, Image.fromarray((grey / grey.max() * 255).round().astype(np.uint8)))).int()
+    deep = Image.fromarray((grey / grey.max() * (2**31 - 1)).astype(np.int32))
+    assert (read_photo(save(tmp_path, deep, "deep.tif")).int() - expected).abs().max() <= 1
+    for value in (np.nan, np.inf):
+        grey[3, 3] = value
+        with pytest.raises(NeumatError, match="not finite"):
+            read_photo(save(tmp_path, Image.fromarray(grey.astype(np.float32)), "broken.tif"))
+
+
+def test_any_error_of_a_decoder_and_a_folder_end_in_one_line(tmp_path, monkeypatch):
+    path = save(tmp_path, Image.fromarray(NOISE))
+    with pytest.raises(NeumatError, match="whole image file"):
+        read_photo(tmp_path)
+    for error in (RuntimeError, EOFError):  # a damaged AVIF, a cut GIF
+
+        def decode(file, error=error):
+            raise error("first line\nsecond")
+
+        monkeypatch.setattr("PIL.ImageOps.exif_transpose", decode)
+        with pytest.raises(NeumatError, match="first line second"):
+            read_photo(path)
+
+
+def test_a_picture_in_memory_is_checked_as_a_file_is():
+    check_picture("image", torch.from_numpy(NOISE))
+    for picture, expected in (
+        (torch.from_numpy(NOISE) / 255, "uint8"),
+        (torch.from_numpy(NOISE[..., 0]), "uint8"),
+        (torch.zeros(64, 64, 3, dtype=torch.uint8), "one even colour"),
+        (torch.from_numpy(NOISE[:8]), r"at least 16 x 16 pixels; found \(60, 8\)"),
+    ):
+        with pytest.raises(NeumatError, match=expected):
+            check_picture("image", picture)

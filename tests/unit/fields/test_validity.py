@@ -23,7 +23,7 @@ def test_albedo_and_peak_of_a_lambertian_field():
 
 
 @pytest.mark.parametrize("alpha", [0.01, 0.1])
-@pytest.mark.parametrize("theta_i", [0.1, 1.2])
+@pytest.mark.parametrize("theta_i", [0.1, 1.2, 1.48])
 def test_the_quadrature_resolves_highlights(alpha, theta_i):
     def albedo(polar, azimuths):
         *angles, weight = albedo_nodes(theta_i, polar, azimuths)
