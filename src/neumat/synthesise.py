@@ -36,7 +36,7 @@ def parser():
 
 
 def main(arguments=None):
-    """Write a picture of the materials, their weights (n, 675) and, if asked for, MERL tables into the output folder."""
+    """Write a picture of the materials, their weights (n, 675) and, if asked for, MERL tables into the folder."""
     options = parser().parse_args(arguments)
     asked = {key: getattr(options, key) for key in ("type", "category", "text", "image")}
     weights, drawn = Synthesiser.load(options.model).synthesise(options.n, options.seed, options.guidance, **asked)

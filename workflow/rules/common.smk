@@ -56,7 +56,11 @@ TARGETS = {
         ),
         "results/tables/stability_conditional.csv",
     ],
-    "charts": ["results/charts/fit.csv", "results/charts/sampling.csv"],
+    "charts": [
+        "results/charts/fit.csv",
+        "results/charts/sampling.csv",
+        "results/tables/text_ablation.csv",
+    ],
     "generalisation": ["results/tables/generalisation.csv"],
 }
 

@@ -171,3 +171,38 @@ rule chart_guidance:
         seed=config["seed"],
     script:
         "../scripts/chart_guidance.py"
+
+
+rule text_ablation:
+    input:
+        models=expand(
+            "results/conditional/model@{power:g}.safetensors",
+            power=config["charts"]["text_powers"],
+        ),
+        neumerl=NEUMERL,
+        manifest=MANIFEST,
+        sources=SOURCES_STORE,
+        conditions=CONDITIONS,
+    output:
+        report(
+            "results/tables/text_ablation.csv",
+            caption="../report/text_ablation.rst",
+            category="Conditional",
+        ),
+    log:
+        "results/logs/text_ablation.log",
+    benchmark:
+        "results/benchmarks/text_ablation.tsv"
+    conda:
+        "../envs/neumat.yaml"
+    params:
+        code=code("text_ablation"),
+        types_of_materials=contents("config/types.tsv"),
+        prompts=contents("config/prompts.tsv"),
+        powers=config["charts"]["text_powers"],
+        samples=config["conditional"]["samples"],
+        guidance=config["conditional"]["guidance"],
+        sampling_seed=config["generative"]["sampling"]["seed"],
+        seed=config["seed"],
+    script:
+        "../scripts/text_ablation.py"

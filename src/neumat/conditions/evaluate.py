@@ -282,3 +282,13 @@ def _summary(found):
     for name, measure in (("diversity", "diversity"), ("nearest", "nearest training")):
         row[name] = np.mean([judged[measure][0] for judged in found.values()]) if found else np.nan
     return row
+
+
+def text_row(bench, n, guidance, seed):
+    """Return {measure: value} of n samples for each unseen prompt, and of the nearest training materials."""
+    requests = next(requests for requests in bench.requests() if requests.modality == "text")
+    every = np.repeat(np.arange(len(requests)), n)
+    weights, _ = bench.synthesiser.model.sample(len(every), seed, requests.each(n), guidance)
+    row = {measure: value for measure, (value, _) in bench.judge(requests, weights, every).items()}
+    nearest = bench.judge(requests, bench.nearest(requests, n), every)
+    return row | {f"null: nearest, {measure}": value for measure, (value, _) in nearest.items()}

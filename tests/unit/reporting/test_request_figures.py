@@ -1,0 +1,25 @@
+import numpy as np
+import pandas as pd
+from PIL import Image
+
+from neumat.reporting.request_figures import guidance_chart, request_sheet
+
+
+def test_a_sheet_shows_what_was_asked_before_what_came(tmp_path):
+    pictures = np.zeros((3, 2, 24, 24, 3), np.uint8)
+    pictures[..., 1] = 255
+    shown = np.zeros((3, 48, 48, 3), np.uint8)
+    shown[..., 0] = 255
+    request_sheet(["a", "b", "c"], pictures, tmp_path / "sheet.png", shown)
+    image = np.asarray(Image.open(tmp_path / "sheet.png").convert("RGB")).astype(int)
+    red, green = ((image[..., k] > 200) & (image.sum(2) < 300) for k in (0, 1))
+    assert 1.8 < green.sum() / red.sum() < 2.3  # two answers to each request
+    assert np.nonzero(red.any(0))[0][0] < np.nonzero(green.any(0))[0][0]
+
+
+def test_the_guidance_chart_is_drawn_even_where_nothing_is_valid(tmp_path):
+    columns = ("type_right", "colour_right", "gloss_right", "image_rmse", "diversity", "nearest", "invalid")
+    table = pd.DataFrame({"guidance": [-1.0, 0.0, 4.0], **{name: [0.1, 0.5, np.nan] for name in columns}})
+    guidance_chart(table, 0.0, tmp_path / "guidance.png")
+    assert Image.open(tmp_path / "guidance.png").size[0] > 1000
+    assert (tmp_path / "guidance.svg").stat().st_size > 5000

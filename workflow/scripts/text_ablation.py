@@ -1,0 +1,20 @@
+"""What projection augmentation of texts is worth: conditional models of several powers on the unseen prompts."""
+
+import pandas as pd
+
+from neumat.brdf.sources import read_sources
+from neumat.conditions.evaluate import Bench, text_row
+from neumat.conditions.synthesis import Synthesiser
+from neumat.files import atomic_path
+from neumat.stage import config_file, progress, stage
+
+with stage(snakemake):
+    store, p = snakemake.input, snakemake.params
+    paths = dict(store) | {name: config_file(snakemake, f"{name}.tsv") for name in ("types", "prompts")}
+    entries = read_sources(store.sources).entries
+    rows = []
+    for power, model in progress(list(zip(p.powers, store.models, strict=True))):
+        bench = Bench(paths, Synthesiser.load(model), entries, 1, None, p.seed)
+        rows.append({"power": power} | text_row(bench, p.samples, p.guidance, p.sampling_seed))
+    with atomic_path(snakemake.output[0]) as temporary:
+        pd.DataFrame(rows).to_csv(temporary, index=False)
