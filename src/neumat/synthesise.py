@@ -28,6 +28,7 @@ def parser():
     made.add_argument("--image", type=Path, help="a photo or render of a material")
     made.add_argument("-n", type=int, default=6, help="how many materials (6)")
     made.add_argument("--guidance", type=float, default=2.0, help="how closely to follow the request, from -1 (2)")
+    made.add_argument("--candidates", type=int, default=8, help="of which each material is the best match (8)")
     made.add_argument("--seed", type=int, default=0, help="another seed gives other materials (0)")
     made.add_argument("--model", type=Path, default=Path(MODEL), help=f"the trained model ({MODEL})")
     made.add_argument("--output", type=Path, default=Path("materials"), help="folder for what is made (materials)")
@@ -39,7 +40,8 @@ def main(arguments=None):
     """Write a picture of the materials, their weights (n, 675) and, if asked for, MERL tables into the folder."""
     options = parser().parse_args(arguments)
     asked = {key: getattr(options, key) for key in ("type", "category", "text", "image")}
-    weights, drawn = Synthesiser.load(options.model).synthesise(options.n, options.seed, options.guidance, **asked)
+    synthesiser = Synthesiser.load(options.model)
+    weights, drawn = synthesiser.synthesise(options.n, options.seed, options.guidance, options.candidates, **asked)
     options.output.mkdir(parents=True, exist_ok=True)
     with atomic_path(options.output / "weights.npy") as temporary:
         np.save(temporary, weights.numpy())
@@ -47,7 +49,7 @@ def main(arguments=None):
         for k, table in enumerate(_tables(weights)):
             write_merl(options.output / f"material-{k}.binary", table)
     save_image(render_grid(weights, min(6, len(weights)), 256, 64), options.output / "preview.png")
-    print(f"{len(weights)} materials in {options.output} ({drawn - len(weights)} drafts were no valid BRDF)")
+    print(f"{len(weights)} materials in {options.output} (of {drawn} drafts)")
 
 
 def _tables(weights):

@@ -128,7 +128,7 @@ rule conditional:
         prompts=contents("config/prompts.tsv"),
         config={
             key: config["conditional"][key]
-            for key in ("samples", "guidance", "images", "measured")
+            for key in ("samples", "guidance", "candidates", "images", "measured")
         },
         size=config["render"]["grid_size"],
         spp=config["render"]["grid_samples"],

@@ -15,7 +15,8 @@ with stage(snakemake):
     paths = dict(store) | {name: config_file(snakemake, f"{name}.tsv") for name in ("types", "prompts")}
     entries = read_sources(store.sources).entries
     bench = Bench(paths, synthesiser, entries, p.config["images"], p.config["measured"], p.seed)
-    table, types, samples = compare(bench, p.config["samples"], p.config["guidance"], p.sampling_seed, progress)
+    c = p.config
+    table, types, samples = compare(bench, c["samples"], c["guidance"], c["candidates"], p.sampling_seed, progress)
     for rows, path in ((table, output.table), (types, output.types)):
         with atomic_path(path) as temporary:
             rows.to_csv(temporary, index=False)

@@ -219,24 +219,32 @@ def _mean(table, column):
     return ((table[column] * table["judged"]).sum() / count if count else np.nan, count)
 
 
-def compare(bench, n, guidance, seed, progress=iter):
+def compare(bench, n, guidance, candidates, seed, progress=iter):
     """Return (rows, types, samples): all measures; those of each type; {modality: (Requests, fields (r n, 675))}.
 
-    Rows have modality, method, measure, value, materials. Methods: "conditional" at `guidance`; "null: nearest" and
-    "null: unconditional"; "training set", what training materials that are right reach. types: `accuracies` of the
+    Rows have modality, method, measure, value, materials. Methods: "conditional" at `guidance`, and for texts and
+    images "conditional, best of k", which `Synthesiser.best` picked from k `candidates` each, as samples are served;
+    "null: nearest", "null: unconditional" and the same, best of k; "training set", what training materials that are
+    right reach. types: `accuracies` of the
     conditional samples, by a judge that knows all sources (top1_seen) and by one that has not seen the nearest.
     """
     rows, samples, model = [], {}, bench.synthesiser.model
     for requests in progress(bench.requests()):
         every = np.repeat(np.arange(len(requests)), n)
         weights, drawn = model.sample(len(every), seed, requests.each(n), guidance)
-        samples[requests.modality] = requests, weights
         answers = {
             "conditional": (weights, every),
             "null: nearest": (bench.nearest(requests, n), every),
             "null: unconditional": (model.sample(len(every), seed, {})[0], every),
             "training set": bench.of_training(requests, n),
         }
+        samples[requests.modality] = requests, weights
+        if requests.modality != "type" and candidates > 1:
+            each = requests.each(n * candidates)
+            for method, asked in (("conditional", each), ("null: unconditional", {})):
+                many, _ = model.sample(len(every) * candidates, seed, asked, guidance)
+                answers[f"{method}, best of {candidates}"] = bench.synthesiser.best(many, each, candidates), every
+            samples[requests.modality] = requests, answers[f"conditional, best of {candidates}"][0]
         for method, (fields, belongs) in answers.items():
             if len(fields):
                 for measure, (value, count) in bench.judge(requests, fields, belongs).items():

@@ -7,10 +7,14 @@ import torch
 from neumat.conditions.encoders import encoder_of
 from neumat.conditions.photos import check_picture, read_photo
 from neumat.conditions.projection import Projection
+from neumat.conditions.store import AZIMUTHS, RINGS, SIZE
 from neumat.errors import NeumatError
 from neumat.generative.conditional import ConditionalDiffusion
+from neumat.render.sphere import FrozenSphere, render_fields
 
 FARTHEST = 0.5  # cosine to the nearest training caption, below which a text is not about materials
+CANDIDATES = 8
+EDGE = 6  # a share of 1 / EDGE at each side of a picture is left out: the rest shows nothing but the sphere
 WORDS_READ = 128  # of a text; encoders read no further
 
 
@@ -27,18 +31,41 @@ class Synthesiser:
         self.captions = extra.pop("captions")
         self.projection = Projection(model.notes["encoder"], extra)
         self.encoder = encoder_of(model.notes["encoder"])
+        self.camera = FrozenSphere(SIZE, RINGS, AZIMUTHS)
 
     @classmethod
     def load(cls, path):
         """Read the checkpoint that the rule `tune` wrote. Raises NeumatError for another file."""
         return cls(ConditionalDiffusion.load(path))
 
-    def synthesise(self, n, seed, guidance, **request):
+    def synthesise(self, n, seed, guidance, candidates=CANDIDATES, **request):
         """Return (weights (n, 675) of valid BRDFs, how many were drawn for them).
 
-        request: see `request`. Raises NeumatError for a request that cannot be met.
+        candidates: of which each material is the best, see `best`. request: see `request`. Raises NeumatError for a
+        request that cannot be met.
         """
-        return self.model.sample(n, seed, self.request(**request), guidance)
+        return self.answer(n, seed, self.request(**request), guidance, candidates)
+
+    def answer(self, n, seed, request, guidance, candidates):
+        """Return what `synthesise` does, for embedded requests {modality: (n, size) or (1, size)}."""
+        if candidates < 1:
+            raise NeumatError("candidates", "at least 1", candidates)
+        each = {
+            name: rows if len(rows) == 1 else rows.repeat_interleave(candidates, 0) for name, rows in request.items()
+        }
+        weights, drawn = self.model.sample(n * candidates, seed, each, guidance)
+        return self.best(weights, each, candidates), drawn
+
+    def best(self, weights, request, candidates):
+        """Return, of every `candidates` fields in a row of weights (n candidates, 675), the one (n, 675) whose picture
+        comes nearest to the text and the image of its request; the first, where neither was given."""
+        wanted = [request[name] for name in ("text", "image") if name in request]
+        if not wanted or candidates == 1:
+            return weights[::candidates]
+        edge = self.camera.size // EDGE
+        seen = self.images(render_fields(self.camera, weights)[:, edge:-edge, edge:-edge])
+        score = sum((rows * seen).sum(1) for rows in wanted).view(-1, candidates)
+        return weights.view(len(score), candidates, -1)[torch.arange(len(score)), score.argmax(1)]
 
     def request(self, type=None, category=None, text=None, image=None):
         """Return {modality: row (1, size)} for what is not None.

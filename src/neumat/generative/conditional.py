@@ -1,9 +1,6 @@
-"""Diffusion under conditions: what a request changes in the unconditional model's prediction, and guidance.
+"""Diffusion under conditions: the unconditional model fine-tuned on requests, and classifier-free guidance."""
 
-M3ashy fine-tunes the unconditional network itself. Here it stays as it is, and a second network learns to correct it
-by what is asked for: fine-tuning cost the low noise levels, where colours are settled, three times their loss.
-"""
-
+import functools
 import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -16,9 +13,9 @@ from torch import nn
 from neumat.errors import NeumatError
 from neumat.fields.validity import valid
 from neumat.files import atomic_path
-from neumat.generative.denoisers import LEVEL_WIDTH, ResidualMLP
+from neumat.generative.denoisers import LEVEL_WIDTH
 from neumat.generative.hyperdiffusion import HyperDiffusion
-from neumat.generative.schedule import loguniform_sigmas
+from neumat.generative.schedule import Denoiser, loguniform_sigmas
 from neumat.generative.training import device, seeded, train
 from neumat.seeds import seed_for
 
@@ -31,7 +28,8 @@ ROUNDS = 8  # of drawing anew what was no valid BRDF
 class RequestEmbedding(nn.Module):
     """What is asked for, as an addition to the embedded noise level: {modality: (n, size)} -> (n, LEVEL_WIDTH).
 
-    `present` (n, modalities), 0 or 1, says which modalities were given.
+    `present` (n, modalities), 0 or 1, says which modalities were given. The last layer starts at zero, so that
+    fine-tuning starts from the unconditional model.
     """
 
     def __init__(self, sizes):
@@ -39,6 +37,8 @@ class RequestEmbedding(nn.Module):
         self.sizes = sizes
         self.enter = nn.ModuleList(nn.Linear(size, HIDDEN) for size in sizes.values())
         self.net = nn.Sequential(nn.SiLU(), nn.Linear(HIDDEN, HIDDEN), nn.SiLU(), nn.Linear(HIDDEN, LEVEL_WIDTH))
+        nn.init.zeros_(self.net[-1].weight)
+        nn.init.zeros_(self.net[-1].bias)
 
     def forward(self, request, present):
         # Rows have length 1: scaled so that their entries are as large as the layers' initial weights expect.
@@ -47,48 +47,25 @@ class RequestEmbedding(nn.Module):
         return self.net(sum(present[:, k, None] * part for k, part in enumerate(entered)))
 
 
-class Correction(nn.Module):
-    """What a request adds to the unconditional denoiser's data: (x, its denoised (n, k), sigma, request) -> (n, k).
-
-    It is learnt in units of sigma / sqrt(1 + sigma^2), about what is left to know at that level of data of mean square
-    1, and starts at zero.
-    """
-
-    def __init__(self, size, sizes, width, depth):
-        super().__init__()
-        self.request = RequestEmbedding(sizes)
-        self.network = ResidualMLP(size, width=width, depth=depth, inputs=2 * size)
-
-    def forward(self, x, denoised, sigma, condition):
-        sigma = sigma.expand(len(x))[:, None]
-        scale = (1 + sigma**2).sqrt()
-        inputs = torch.cat([x / scale, denoised], 1)
-        return sigma / scale * self.network(inputs, sigma[:, 0].log() / 4, condition).float()
-
-    def loss(self, clean, denoised, sigma, noise, condition):
-        """Return the mean squared error of the correction, in its units."""
-        correction = self(clean + sigma[:, None] * noise, denoised, sigma, condition)
-        return ((1 + sigma**-2)[:, None] * (clean - denoised - correction) ** 2).mean()
-
-
 @dataclass(frozen=True, kw_only=True)
 class Tuning:
-    """Hyperparameters of the correction. width, depth: of its network; given: the probability that a modality is given
-    in a training example (one is always given); jitter: length of the noise on embedded texts and images, which lie on
-    the unit sphere; steps, batch, lr, warmup: see `training.train`."""
+    """Hyperparameters of the fine-tuning. given: the probability that a modality is given in a training example (one
+    is always given); jitter: length of the noise on embedded texts and images, which lie on the unit sphere; settled:
+    the noise level below which a sample's kind is settled: the tuned network is trained and used above it only, and
+    the unconditional one, which has learnt the finer levels for longer, finishes; steps, batch, lr, warmup: see
+    `training.train`."""
 
-    width: int = 512
-    depth: int = 3
-    steps: int = 5000
+    steps: int = 4000
     batch: int = 256
     lr: float = 2e-3
     warmup: int = 100
     given: float = 0.25
-    jitter: float = 0.3
+    jitter: float = 0.2
+    settled: float = 1.5
 
 
 class ConditionalDiffusion:
-    """A fitted HyperDiffusion, and the correction that a request makes to it.
+    """A fitted HyperDiffusion, and a copy of its network that was tuned to requests.
 
     A request is {modality: tensor (n, size) or (1, size)} for any of MODALITIES: rows of type sum to 1 over the types
     asked for, rows of category hold one 1, text and image are embeddings of unit length. Without any it is the
@@ -100,7 +77,7 @@ class ConditionalDiffusion:
         self.base, self.tuning, self.notes, self.extra = base, tuning, notes, extra
 
     def fit(self, weights, conditions, seed, progress=None, checkpoint=None):
-        """Fit the correction to weights (n, 675) and their conditions; return self.
+        """Tune the network to weights (n, 675) and their conditions; return self.
 
         conditions: type (n, T); category (n, C), 0 or 1: a material may be in several; text (n, p, size) and image
         (n, a, size), of which one is drawn at each use. See GenerativeModel.fit for the other arguments.
@@ -109,10 +86,11 @@ class ConditionalDiffusion:
         coordinates, denoiser = self.base.restored()
         data = coordinates.encode(weights)
         self.sizes = {name: conditions[name].shape[-1] for name in MODALITIES}
-        with seeded(seed, "correction"):
-            correction = self._correction(data.shape[1])
+        with seeded(seed, "request"):
+            request = RequestEmbedding(self.sizes)
         on = device()
-        highest, *_, lowest, _ = self.base.sampling_levels().tolist()
+        both = nn.ModuleDict({"network": denoiser.network, "request": request}).to(on)
+        highest = self.base.sampling_levels()[0].item()
 
         def loss(generator):
             given = _given(tuning.batch, tuning.given, generator)
@@ -125,20 +103,18 @@ class ConditionalDiffusion:
                 noise = torch.randn(tuning.batch, self.sizes[name], generator=generator)
                 asked[name] = conditions[name][rows, choice] + tuning.jitter / self.sizes[name] ** 0.5 * noise
             asked = {name: rows.to(on) for name, rows in asked.items()}
+            network = functools.partial(both["network"], condition=both["request"](asked, given.to(on)))
             clean = data[rows]
-            noise = torch.randn(clean.shape, generator=generator).to(on)
-            levels = loguniform_sigmas(tuning.batch, lowest, highest, generator).to(on)
-            clean = clean.to(on)
-            with torch.no_grad():
-                denoised = denoiser(clean + levels[:, None] * noise, levels)
-            return correction.loss(clean, denoised, levels, noise, correction.request(asked, given.to(on)))
+            noise = torch.randn(clean.shape, generator=generator)
+            levels = loguniform_sigmas(tuning.batch, tuning.settled, highest, generator)
+            return Denoiser(network, self.base.preconditioning).loss(clean.to(on), levels.to(on), noise.to(on))
 
         train(
-            correction, loss, steps=tuning.steps, lr=tuning.lr, warmup=tuning.warmup, precision=self.base.precision,
+            both, loss, steps=tuning.steps, lr=tuning.lr, warmup=tuning.warmup, precision=self.base.precision,
             seed=seed, progress=progress or (lambda steps: steps), checkpoint=checkpoint and Path(checkpoint),
             identity=[asdict(self.base), asdict(tuning)],
         )  # fmt: skip
-        self.state = {name: value.cpu() for name, value in correction.state_dict().items()}
+        self.state = {name: value.cpu() for name, value in both.state_dict().items()}
         return self
 
     def draw(self, n, seed, request, guidance=0.0):
@@ -159,15 +135,16 @@ class ConditionalDiffusion:
         coordinates, unconditional = self.base.restored()
         if not request or guidance == -1:
             return self.base.integrate(lambda x, sigma, rows: unconditional(x, sigma), coordinates, n, seed)
-        correction = self._correction(coordinates.into.shape[1])
-        correction.load_state_dict(self.state)
-        correction.eval()
+        network, embedding = self._restored(coordinates.into.shape[1])
         with torch.no_grad():
-            condition = correction.request(*self._filled(n, request))
+            condition = embedding(*self._filled(n, request))
 
         def denoise(x, sigma, rows):
-            denoised = unconditional(x, sigma)
-            return denoised + (1 + guidance) * correction(x, denoised, sigma, condition[rows])
+            if sigma < self.tuning.settled:
+                return unconditional(x, sigma)
+            tuned = Denoiser(functools.partial(network, condition=condition[rows]), self.base.preconditioning)
+            wanted = tuned(x, sigma)
+            return wanted if guidance == 0 else wanted + guidance * (wanted - unconditional(x, sigma))
 
         return self.base.integrate(denoise, coordinates, n, seed)
 
@@ -208,8 +185,11 @@ class ConditionalDiffusion:
         given = torch.tensor([[float(name in request) for name in self.sizes]], device=device())
         return filled, given.expand(n, -1)
 
-    def _correction(self, size):
-        return Correction(size, self.sizes, self.tuning.width, self.tuning.depth).to(device())
+    def _restored(self, size):
+        both = nn.ModuleDict({"network": self.base._denoiser(size).network, "request": RequestEmbedding(self.sizes)})
+        both.load_state_dict(self.state)
+        both.to(device()).eval()
+        return both["network"], both["request"]
 
     def save(self, path):
         """Write everything that sampling needs as safetensors: both networks, notes and extra tensors."""
@@ -221,7 +201,7 @@ class ConditionalDiffusion:
             "notes": json.dumps(self.notes),
             "sizes": json.dumps(self.sizes),
         }
-        groups = {"base": self.base.state, "correction": self.state, "extra": self.extra}
+        groups = {"base": self.base.state, "tuned": self.state, "extra": self.extra}
         tensors = {f"{group}/{k}": v.contiguous() for group, members in groups.items() for k, v in members.items()}
         with atomic_path(path) as temporary:
             save_file(tensors, temporary, metadata)
@@ -239,12 +219,12 @@ class ConditionalDiffusion:
             if metadata.get(key) != expected:
                 raise NeumatError(path, f"{key} {expected}", metadata.get(key))
         base, tuning, notes, sizes = (json.loads(metadata[key]) for key in ("base", "tuning", "notes", "sizes"))
-        groups = {"base": {}, "correction": {}, "extra": {}}
+        groups = {"base": {}, "tuned": {}, "extra": {}}
         for name, value in tensors.items():
             group, key = name.split("/", 1)
             groups[group][key] = value
         model = cls(HyperDiffusion(**base), Tuning(**tuning), notes, groups["extra"])
-        model.base.state, model.state, model.sizes = groups["base"], groups["correction"], sizes
+        model.base.state, model.state, model.sizes = groups["base"], groups["tuned"], sizes
         return model
 
 

@@ -1,4 +1,7 @@
-"""Networks that a Denoiser wraps: network(x (n, k), c (n,)) -> (n, k), c a function of the noise level."""
+"""Networks that a Denoiser wraps: network(x (n, k), c (n,)) -> (n, k), c a function of the noise level.
+
+A conditional model adds the embedded request, `condition` (n, LEVEL_WIDTH), to the embedded level.
+"""
 
 import math
 
@@ -54,15 +57,12 @@ def feed_forward(width, expansion, dropout):
 
 
 class ResidualMLP(nn.Module):
-    """The whole vector as one token: `depth` modulated feed-forward blocks.
+    """The whole vector as one token: `depth` modulated feed-forward blocks."""
 
-    inputs: how many numbers enter, where not `size`. condition (n, LEVEL_WIDTH) is added to the embedded level.
-    """
-
-    def __init__(self, size, width=512, depth=4, expansion=2, dropout=0.0, inputs=None):
+    def __init__(self, size, width=512, depth=4, expansion=2, dropout=0.0):
         super().__init__()
         self.level = LevelEmbedding()
-        self.enter = nn.Linear(inputs or size, width)
+        self.enter = nn.Linear(size, width)
         self.blocks = nn.ModuleList(Modulated(width, feed_forward(width, expansion, dropout)) for _ in range(depth))
         self.leave = nn.Linear(width, size)
         nn.init.zeros_(self.leave.weight)
@@ -127,8 +127,8 @@ class TokenTransformer(nn.Module):
         self.norm = nn.LayerNorm(width)
         self.leave = nn.Parameter(torch.zeros(len(groups), width, longest))
 
-    def forward(self, x, c):
-        level = self.level(c)[:, None]
+    def forward(self, x, c, condition=0):
+        level = (self.level(c) + condition)[:, None]
         tokens = nn.functional.pad(x, (0, 1))[:, self.index]
         hidden = torch.einsum("btl,tlw->btw", tokens, self.enter) + self.position
         for attention, mlp in zip(self.attention, self.mlp, strict=True):

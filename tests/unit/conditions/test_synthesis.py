@@ -2,9 +2,12 @@
 
 import pytest
 import torch
+from torch.nn.functional import normalize
 
 from neumat.conditions.synthesis import Synthesiser
 from neumat.errors import NeumatError
+from neumat.fields.layout import SIZE
+from neumat.render.sphere import FrozenSphere
 
 
 @pytest.mark.parametrize(
@@ -26,3 +29,23 @@ def test_what_is_no_request_ends_in_one_line(request_, expected):
         synthesiser.request(**request_)
     str(error.value).encode()  # can be printed
     assert "\n" not in str(error.value)
+
+
+def lambert(*albedos):
+    """Return the weights (n, 675) of fields that reflect evenly, exactly."""
+    weights = torch.zeros(len(albedos), SIZE)
+    weights[:, -3:] = torch.log1p(torch.tensor(albedos) / torch.pi)
+    return weights
+
+
+def test_of_its_candidates_each_request_gets_the_one_whose_picture_fits():
+    """Embeddings are the pictures' mean colours."""
+    synthesiser = Synthesiser.__new__(Synthesiser)
+    synthesiser.camera = FrozenSphere(48, 16, 32)
+    synthesiser.images = lambda pictures: normalize(pictures.float().mean((1, 2)), dim=1)
+    red, green, blue = (0.5, 0.05, 0.05), (0.05, 0.5, 0.05), (0.05, 0.05, 0.5)
+    weights = lambert(red, green, blue, blue, red, green)
+    asked = normalize(torch.tensor([red, green]), dim=1).repeat_interleave(3, 0)
+    assert torch.equal(synthesiser.best(weights, {"text": asked}, 3), lambert(red, green))
+    assert torch.equal(synthesiser.best(weights, {"image": asked[:1]}, 3), lambert(red, red))
+    assert torch.equal(synthesiser.best(weights, {"type": torch.ones(1, 1)}, 3), lambert(red, blue))

@@ -39,7 +39,7 @@ def model(data):
     base = make("hyperdiffusion", config | {"sigma_min": 0.1, "sigma_max": 20.0})
     base.fit(Dataset(weights, index, index % 6, index >= 0), seed=0)
     tuned = ConditionalDiffusion(
-        base, Tuning(steps=300, batch=64, width=32, depth=2), {"types": ["a", "b"]}, {"x": torch.ones(2)}
+        base, Tuning(steps=300, batch=64, settled=0.1), {"types": ["a", "b"]}, {"x": torch.ones(2)}
     )
     return tuned.fit(weights, conditions, seed=1)
 
@@ -146,3 +146,10 @@ def test_rare_categories_are_drawn_as_often_as_common_ones(data):
     assert (asked.sum(0)[1:] / 2000 - 0.5).abs().max() < 0.05 and asked[:, 0].sum() == 0
     assert (category[rows] * asked).sum(1).eq(1).all()
     assert len(rows[asked[:, 2] == 1].unique()) == 5
+
+
+def test_below_the_settled_level_the_unconditional_model_finishes(model, monkeypatch):
+    """With every sampling level below it, a request changes nothing."""
+    monkeypatch.setattr(model.base, "sampling_levels", lambda: torch.tensor([0.05, 0.02, 0.0]), raising=False)
+    expected = model.draw(4, 7, {})
+    assert torch.equal(model.draw(4, 7, {"type": one_hot(0, 2)}, 3.0), expected)
