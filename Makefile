@@ -43,5 +43,5 @@ config-table: $(STAMP)
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv
-	.venv/bin/pip install --constraint constraints.txt --editable '.[llvm,frechet,test]'
+	.venv/bin/pip install --constraint constraints.txt --editable '.[llvm,frechet,shaders,test]'
 	touch $@

@@ -24,7 +24,9 @@ def find_material(store, name):
 def _fitted(store, name):
     fitted = read_neumerl(store)
     if name not in fitted.names:
-        near = difflib.get_close_matches(name, fitted.names, 3, 0)
+        # Turns among the colours (chrome@rbg) would crowd out other materials.
+        alike = [other for other in fitted.names if ("@" in other) == ("@" in name)]
+        near = difflib.get_close_matches(name, alike, 3, 0)
         raise NeumatError(store, f"the name of a material, such as {', '.join(near)}", repr(name))
     return fitted.weights[fitted.names.index(name)]
 

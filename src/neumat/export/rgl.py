@@ -20,7 +20,7 @@ from neumat.files import atomic_path
 # Grid points over theta_i, and along each axis of the unit square: 3.1 MB a file. Half of either is visible in mirrors.
 THETA_I, SIDE = 48, 64
 STRETCH = 256  # grid points of the stretching along u
-EVEN = 0.3  # share of the grid points that are spread evenly, without regard to the highlight
+EVEN = 0.5  # share of the grid points that are spread evenly, without regard to the highlight
 ALIGNMENT = 8  # bytes: of each tensor's start
 
 

@@ -45,7 +45,6 @@ def compare(sphere, weights, path):
 def test_mitsubas_measured_renders_it_as_we_do(sphere, field, tmp_path, name):
     weights = field(**MATERIALS[name])
     psnr, brightness = compare(sphere, weights, export(weights, "rgl", tmp_path, name))
-    print(name, psnr, brightness)
     assert psnr > 40
     assert abs(brightness - 1) < 0.003
 
@@ -57,7 +56,6 @@ def test_mitsubas_measured_renders_measured_materials_as_we_do(sphere, tmp_path,
     psnr, brightness = compare(
         sphere, weights[names.index(name)], export(weights[names.index(name)], "rgl", tmp_path, name)
     )
-    print(name, psnr, brightness)
     assert psnr > 40
     assert abs(brightness - 1) < 0.003
 
@@ -76,14 +74,13 @@ def test_lambert_stays_lambert(field, tmp_path, format):
     assert torch.equal(table.valid, above_horizon())
 
 
-@pytest.mark.parametrize(("format", "tolerance"), [("merl", 1e-6), ("rgl", 0.02)])
+@pytest.mark.parametrize(("format", "tolerance"), [("merl", 1e-6), ("rgl", 0.01)])
 @pytest.mark.parametrize("name", MATERIALS)
 def test_table_is_the_field(field, tmp_path, name, format, tolerance):
     weights = field(**MATERIALS[name])
     table = read_material(export(weights, format, tmp_path, name))
     entries = above_horizon().nonzero()[::53, 0]
     difference = torch.log1p(table.values[entries]) - torch.log1p(Field(weights).eval(*grid_angles(entries)))
-    print(name, format, difference.abs().mean(), difference.abs().max())
     assert difference.abs().mean() < tolerance
 
 
