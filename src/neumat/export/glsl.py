@@ -1,4 +1,4 @@
-"""Fields as GLSL source: desktop from 1.30, ES and WebGL from 1.00; precision and version are the including file's."""
+"""Fields as GLSL source: desktop from 1.10, ES and WebGL from 1.00; version and precision are the including file's."""
 
 from neumat.export.shader import Language, write_source
 

@@ -14,7 +14,7 @@ import torch
 
 from neumat.brdf.coordinates import rusinkiewicz
 from neumat.brdf.rgl import DTYPES, MAGIC
-from neumat.fields.field import evaluate
+from neumat.export.values import finite_values
 from neumat.files import atomic_path
 
 # Grid points over theta_i, and along each axis of the unit square: 3.1 MB a file. Half of either is visible in mirrors.
@@ -25,13 +25,20 @@ ALIGNMENT = 8  # bytes: of each tensor's start
 
 
 def write_rgl(path, weights, metadata):
-    """Write the field (675,) as an isotropic RGB tensor file, with the metadata's name as its description."""
+    """Write the field (675,) as an isotropic RGB tensor file, with the metadata's name as its description.
+
+    Raises NeumatError for a field that is infinite anywhere.
+    """
+
+    def f(*angles):
+        return finite_values(weights, angles, metadata["name"])
+
     theta_i = torch.linspace(0, math.pi / 2, THETA_I, dtype=torch.float64)
     axis = torch.linspace(0, 1, SIDE, dtype=torch.float64)  # of v, and of u once it is stretched
-    reflected, area = _tables(weights, theta_i, axis, torch.linspace(0, 1, STRETCH, dtype=torch.float64))
+    reflected, area = _tables(f, theta_i, axis, torch.linspace(0, 1, STRETCH, dtype=torch.float64))
     stretch = _stretch((reflected.mean(-1) * area).mean((0, 1)))
-    reflected, area = _tables(weights, theta_i, axis, *_stretched(stretch, axis))
-    reflected *= _brightness(weights, theta_i, axis, stretch, reflected)
+    reflected, area = _tables(f, theta_i, axis, *_stretched(stretch, axis))
+    reflected *= _brightness(f, theta_i, axis, stretch, reflected)
     density = reflected.mean(-1) * area
     tensors = {
         "description": np.frombuffer(metadata["name"].encode(), np.uint8),
@@ -74,12 +81,12 @@ def _stretched(stretch, x):
     return torch.from_numpy(u), torch.from_numpy(1 / np.interp(u, nodes, stretch))
 
 
-def _brightness(weights, theta_i, axis, stretch, reflected):
-    """Return factors (n, 1, 1, 3) by which the table, interpolated, reflects as much light as the field.
+def _brightness(f, theta_i, axis, stretch, reflected):
+    """Return factors (n, 1, 1, 3) by which the table, interpolated, reflects as much light as the field f.
 
     Straight lines between the points of a convex highlight, and across the horizon, lie above the field.
     """
-    exact, area = _tables(weights, theta_i, _quarters(axis), *_stretched(stretch, _quarters(axis)))
+    exact, area = _tables(f, theta_i, _quarters(axis), *_stretched(stretch, _quarters(axis)))
     between = _between(_between(reflected, 1), 2)
     light, found = ((values * area[..., None]).sum((1, 2), True) for values in (exact, between))
     return light / found.clamp_min(1e-30)
@@ -96,10 +103,10 @@ def _between(values, dim):
     return torch.stack([low + share * (high - low) for share in (0.25, 0.75)], dim + 1).flatten(dim, dim + 1)
 
 
-def _tables(weights, theta_i, v, u, scale=1.0):
+def _tables(f, theta_i, v, u, scale=1.0):
     """Return f cos(theta_o) at all theta_i (n,), v (k,), u (m,): (n, k, m, 3); and `scale` dw_o / (du dv), (n, k, m).
 
-    Both are 0 where the direction is below the horizon. scale: (m,), or one number.
+    Both are 0 where the direction is below the horizon. f: theta_h, theta_d, phi_d -> (n, 3); scale: (m,), or a number.
     """
     # At 90 degrees the view is not above the horizon; a little less gives the limit.
     theta_i, v, u = torch.meshgrid(theta_i.clamp_max(math.pi / 2 - 1e-4), v, u, indexing="ij")
@@ -112,10 +119,9 @@ def _tables(weights, theta_i, v, u, scale=1.0):
     # No direction has a half vector that is turned away from the other one.
     above = (cos_d > 0) & (wo[..., 2] > 0)
     angles = (angle.flatten().float() for angle in rusinkiewicz(wi, wo))
-    f = evaluate(weights[None], *angles)[0].double().view(*u.shape, 3)
     # dw_o = 4 (w_i . m) dm, and dm = 2 pi^2 u sin(theta_m) du dv.
     area = 8 * math.pi**2 * cos_d * u * sin_m
-    return f * (wo[..., 2] * above)[..., None], area * above * scale
+    return f(*angles).double().view(*u.shape, 3) * (wo[..., 2] * above)[..., None], area * above * scale
 
 
 def write_tensors(path, tensors):

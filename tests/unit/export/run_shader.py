@@ -25,6 +25,19 @@ def no_driver():
         sys.exit(NO_DRIVER)
 
 
+def compile_glsl(context, source, function, version):
+    """Compile the source in a fragment shader of another version of GLSL; moderngl raises where it does not."""
+    modern = version not in ("100", "110")
+    start = f"#version {version}\n" + ("precision highp float;\n" if version in ("100", "300 es") else "")
+    given, passed, taken = ("in", "out", "in") if modern else ("attribute", "varying", "varying")
+    color = "color" if modern else "gl_FragColor"
+    context.program(
+        vertex_shader=f"{start}{given} vec3 p; {passed} vec3 d; void main() {{ d = p; gl_Position = vec4(p, 1.0); }}",
+        fragment_shader=f"{start}{taken} vec3 d; {'out vec4 color;' if modern else ''}\n{source}\n"
+        f"void main() {{ {color} = vec4({function}(d, normalize(d)), 1.0); }}",
+    )
+
+
 def run_glsl(source, function, directions):
     """Return (result, name of the driver)."""
     with no_driver():
@@ -40,6 +53,8 @@ void main() {{
     uint i = gl_GlobalInvocationID.x;
     result[i] = vec4({function}(directions[2u * i].xyz, directions[2u * i + 1u].xyz), 1.0);
 }}"""
+    for version in ("100", "110", "130", "300 es", "330"):
+        compile_glsl(context, source, function, version)
     shader = context.compute_shader(program)
     result = context.buffer(reserve=16 * len(directions))
     context.buffer(directions.tobytes()).bind_to_storage_buffer(0)

@@ -96,6 +96,8 @@ def test_what_cannot_be_exported(random_field, tmp_path):
     broken[7] = torch.nan
     for format in EXPORTS:
         assert_one_line(["chrome", "finite"], export, broken, format, tmp_path, "chrome")
+    for format in ("merl", "rgl"):
+        assert_one_line(["chrome", "finite values"], export, torch.full((SIZE,), 9.0), format, tmp_path, "chrome")
     assert not list(tmp_path.iterdir())
 
 
