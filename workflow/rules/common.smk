@@ -1,5 +1,6 @@
 """The checked configuration, and what the rules share."""
 
+import re
 import sys
 from hashlib import sha256
 from math import ceil
@@ -107,4 +108,4 @@ def shard_indices(wildcards):
 
 def exported_store(material):
     """The store with the weights of a material of the manifest, or of a sample of the diffusion model."""
-    return SAMPLES if material.startswith("sample-") else NEUMERL
+    return SAMPLES if re.fullmatch(r"sample-\d+", material) else NEUMERL

@@ -24,8 +24,11 @@ def read_material(path):
     """Return the material in `path`: its weights (675,), float32, or a `brdf.table.Table` where the format is a table.
 
     path: a file, for a set of .npy files the one that ends in _fc1.npy; or a folder that holds one such file. The
-    suffix tells the format, and the reader checks the contents. Raises NeumatError for a missing, damaged or foreign
-    file, missing members, other shapes or widths, and values that are not finite.
+    suffix tells the format, and the reader checks the contents. What `export` wrote comes back exactly as weights, and
+    to float32's rounding as a MERL table; a .bsdf is resampled onto the MERL grid, which changes log(1 + f) by less
+    than 0.01 in the mean over its entries even for mirrors. `neumat.fields.fit` makes a field of a table. Raises
+    NeumatError for a missing, damaged or foreign file, missing members, other shapes or widths, and values that are
+    not finite.
     """
     path = Path(path)
     if path.is_dir():

@@ -13,11 +13,12 @@ import numpy as np
 import torch
 
 from neumat.brdf.coordinates import rusinkiewicz
-from neumat.brdf.rgl import DTYPES, MAGIC
+from neumat.brdf.rgl import DTYPES, MAGIC, cumulative
 from neumat.export.values import finite_values
 from neumat.files import atomic_path
 
-# Grid points over theta_i, and along each axis of the unit square: 3.1 MB a file. Half of either is visible in mirrors.
+# Grid points over theta_i, and along each axis of the unit square: 3.2 MB a file. With 32 angles dark mirrors come out
+# 0.5 % too bright.
 THETA_I, SIDE = 48, 64
 STRETCH = 256  # grid points of the stretching along u
 EVEN = 0.5  # share of the grid points that are spread evenly, without regard to the highlight
@@ -63,20 +64,14 @@ def _plain(tensor):
 def _stretch(energy):
     """Return the density of grid points (STRETCH,) along u, with mean 1, for the reflected light (STRETCH,) there."""
     density = EVEN + (1 - EVEN) * energy / energy.mean().clamp_min(1e-30)
-    return density / _integral(density)[-1]
-
-
-def _integral(density):
-    """Return trapezoidal integrals over the unit interval, from 0 (same shape)."""
-    steps = 0.5 * (density[1:] + density[:-1]) / (len(density) - 1)
-    return torch.nn.functional.pad(steps.cumsum(0), (1, 0))
+    return density / cumulative(density)[-1]
 
 
 def _stretched(stretch, x):
     """Return u (n,) at the stretched coordinates x (n,), where the integral of `stretch` is x, and du / dx (n,)."""
     nodes = np.linspace(0, 1, STRETCH)
     fine = np.linspace(0, 1, 64 * (STRETCH - 1) + 1)  # between nodes `stretch` is a straight line
-    integral = _integral(torch.from_numpy(np.interp(fine, nodes, stretch)))
+    integral = cumulative(torch.from_numpy(np.interp(fine, nodes, stretch)))
     u = np.interp(x, integral, fine)
     return torch.from_numpy(u), torch.from_numpy(1 / np.interp(u, nodes, stretch))
 
