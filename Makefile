@@ -43,5 +43,5 @@ config-table: $(STAMP)
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv
-	.venv/bin/pip install --constraint constraints.txt --editable '.[llvm,encoders,test]'
+	.venv/bin/pip install --constraint constraints.txt --editable '.[llvm,encoders,shaders,test]'
 	touch $@

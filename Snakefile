@@ -21,6 +21,7 @@ include: "workflow/rules/render.smk"
 include: "workflow/rules/conditional.smk"
 include: "workflow/rules/constrained.smk"
 include: "workflow/rules/stability.smk"
+include: "workflow/rules/export.smk"
 include: "workflow/rules/charts.smk"
 include: "workflow/rules/run.smk"
 
@@ -44,9 +45,10 @@ rule generalisation:
         "results/tables/run-generalisation.csv",
 
 
-# Every rule of the three targets; meant for config/smoke.yaml.
+# Every rule of the three targets, and one export in each format; meant for config/smoke.yaml.
 rule smoke:
     input:
         rules.all.input,
         rules.charts.input,
         rules.generalisation.input,
+        TARGETS["export"],

@@ -1,7 +1,11 @@
 """What all tests share."""
 
-import pytest
+import math
 
+import pytest
+import torch
+
+from neumat.fields.layout import SIZE, unpack
 from neumat.render.mitsuba_scene import variant
 
 
@@ -9,3 +13,19 @@ from neumat.render.mitsuba_scene import variant
 def llvm():
     """Choose LLVM's library before any test imports mitsuba, which then keeps the one it found first."""
     return variant()
+
+
+@pytest.fixture
+def field():
+    def make(albedo=0.0, peak=0.0, fall=100.0):
+        """Weights (675,) with f = albedo / pi + a highlight, log(1 + f) falling linearly by `fall` times sin theta_h.
+
+        albedo: a number or one per channel. peak: f at theta_h = 0, 1/sr, the same in all channels.
+        """
+        weights = torch.zeros(SIZE)
+        (w1, b1), (w2, _), (w3, b3) = unpack(weights)
+        b3[:] = torch.log1p(torch.as_tensor(albedo) / math.pi)
+        w1[0, 0], b1[0], w2[0, 0], w3[0] = -fall, math.log1p(peak), 1.0, 1.0
+        return weights
+
+    return make

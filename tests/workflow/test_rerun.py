@@ -21,6 +21,7 @@ AFTER_SAMPLING = CONSTRAINED | {
     "novelty_figures",
     "grid",
     "chart_sampling",
+    "export",
     "run_table",
 }
 

@@ -1,5 +1,6 @@
 """The checked configuration, and what the rules share."""
 
+import re
 import sys
 from hashlib import sha256
 from math import ceil
@@ -26,6 +27,9 @@ SOURCES_STORE = "results/sources/sources.h5"
 STORE = "results/augmerl/augmerl.h5"
 MANIFEST = "results/augmerl/manifest.tsv"
 NEUMERL = "results/neumerl/neumerl.h5"
+SAMPLES = "results/samples/parity/hyperdiffusion.h5"
+# Those of neumat.export.EXPORTS, whose import would take every run of snakemake two seconds.
+FORMATS = ["merl", "rgl", "npy", "keras", "safetensors", "glsl", "wgsl"]
 # Materials that are fitted: every one, or one of each six that differ in the order of their colours.
 FITTED = range(
     0,
@@ -62,6 +66,10 @@ TARGETS = {
         "results/tables/text_ablation.csv",
     ],
     "generalisation": ["results/tables/generalisation.csv"],
+    "export": [
+        "results/export/safetensors/sample-0",
+        *expand("results/export/{format}/blend-000@rbg", format=FORMATS),
+    ],
 }
 
 
@@ -107,3 +115,8 @@ def shard_indices(wildcards):
         config["fit"]["materials_per_job"],
     )
     return list(FITTED[(shard - 1) * size : shard * size])
+
+
+def exported_store(material):
+    """The store with the weights of a material of the manifest, or of a sample of the diffusion model."""
+    return SAMPLES if re.fullmatch(r"sample-\d+", material) else NEUMERL

@@ -69,8 +69,8 @@ class Rgl:
         self.rgb = fields["rgb"][0].movedim(1, -1)  # (theta_i, y, x, 3)
         # Integrals of the bilinear vndf, trapezoidal and so exact: along x within a row, then over rows.
         vndf = fields["vndf"][0]
-        rows = _cumulative(vndf)
-        marginal = _cumulative(rows[..., -1])
+        rows = cumulative(vndf)
+        marginal = cumulative(rows[..., -1])
         total = marginal[:, -1, None, None]
         self.vndf, self.rows, self.marginal = vndf / total, rows / total, marginal / total[..., 0]
 
@@ -129,7 +129,7 @@ def read_rgl(path):
     return values.numpy()
 
 
-def _cumulative(values):
+def cumulative(values):
     """Return trapezoidal integrals over the unit interval, from 0, along the last axis (same shape)."""
     steps = 0.5 * (values[..., 1:] + values[..., :-1]) / (values.shape[-1] - 1)
     return torch.nn.functional.pad(steps.cumsum(-1), (1, 0))

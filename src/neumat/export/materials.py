@@ -1,0 +1,42 @@
+"""Finding the weights of a material by its name in a store."""
+
+import difflib
+import re
+
+import h5py
+import torch
+
+from neumat.errors import NeumatError
+from neumat.fields.store import read_neumerl
+
+SAMPLE = re.compile(r"sample-(\d+)")
+
+
+def find_material(store, name):
+    """Return the weights (675,) of `name` in a NeuMERL store, or of "sample-12" in a store of samples.
+
+    Raises NeumatError for an unknown name, with those that are nearest to it, and for a foreign store.
+    """
+    match = SAMPLE.fullmatch(name)
+    return _sample(store, name, int(match[1])) if match else _fitted(store, name)
+
+
+def _fitted(store, name):
+    fitted = read_neumerl(store)
+    if name not in fitted.names:
+        # Turns among the colours (chrome@rbg) would crowd out other materials.
+        alike = [other for other in fitted.names if ("@" in other) == ("@" in name)]
+        near = difflib.get_close_matches(name, alike, 3, 0)
+        raise NeumatError(store, f"the name of a material, such as {', '.join(near)}", repr(name))
+    return fitted.weights[fitted.names.index(name)]
+
+
+def _sample(store, name, number):
+    try:
+        with h5py.File(store, "r") as file:
+            samples = file["samples"]
+            if number >= len(samples):
+                raise NeumatError(store, f"sample-0 to sample-{len(samples) - 1}", repr(name))
+            return torch.from_numpy(samples[number])
+    except (OSError, KeyError) as error:
+        raise NeumatError(store, "a store of samples", "a missing, damaged or foreign file") from error
