@@ -15,8 +15,8 @@ from neumat.augment.permutations import PERMUTATIONS
 from neumat.brdf.coordinates import grid_angles
 from neumat.brdf.types import read_types
 from neumat.conditions.measured import measured_pictures
-from neumat.conditions.photos import augmented, turned
-from neumat.conditions.store import AZIMUTHS, GOLDEN, RINGS, SIZE, TILT, read_conditions
+from neumat.conditions.photos import augmented, lighting
+from neumat.conditions.store import AZIMUTHS, RINGS, SIZE, read_conditions
 from neumat.conditions.training import PROTOCOL
 from neumat.fields.field import evaluate
 from neumat.fields.store import read_neumerl
@@ -88,7 +88,7 @@ class Bench:
         self.entries = metric_entries(entries, NOVELTY_ENTRIES, seed)
         self.training = self.materials(self.weights[self.train])
         self.sphere = FrozenSphere(PICTURE_SIZE, environment=new_environment)
-        self.camera = FrozenSphere(SIZE, RINGS, AZIMUTHS, environment=turned(UNSEEN * GOLDEN, TILT))
+        self.camera = FrozenSphere(SIZE, RINGS, AZIMUTHS, environment=lighting(UNSEEN))
         self.shown = numpy_generator(seed, "shown materials").permutation(self.reference)[:images]
 
     def materials(self, weights):

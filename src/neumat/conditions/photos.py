@@ -16,6 +16,8 @@ SMALLEST, FLATTEST = 16, 2 / 255  # pixels along the shorter side; standard devi
 EXPOSURES, BALANCE = 0.7, 0.08  # stops to either side; standard deviation of the log gain of each channel
 # What Pillow's decoders raise for a damaged file; the last comes from AVIF's, the one before from GIF's.
 DECODING = (OSError, UnidentifiedImageError, SyntaxError, ValueError, EOFError, RuntimeError)
+GOLDEN = 2.399963  # rad, the golden angle
+TILT = 0.4  # rad, up and down in turn
 CROPS = (0.35, 1.0)  # side of the crop as a share of the sphere's diameter
 
 
@@ -84,6 +86,12 @@ def turned(turn, tilt):
         return scene.environment(directions @ rotation)
 
     return environment
+
+
+def lighting(k):
+    """Return the environment number k: 0 is the scene's own, the others are turned by multiples of the golden angle, so
+    that any few in a row are well spread."""
+    return turned(GOLDEN * k, TILT * (k > 0) * (-1) ** k)
 
 
 def augmented(linear, seed, *names):

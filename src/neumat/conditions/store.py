@@ -13,7 +13,7 @@ from neumat.augment.permutations import PERMUTATIONS, channel_order
 from neumat.brdf.types import read_types, type_names, type_rows
 from neumat.conditions.encoders import make_encoder
 from neumat.conditions.looks import colour_names
-from neumat.conditions.photos import augmented, turned
+from neumat.conditions.photos import augmented, lighting
 from neumat.conditions.texts import captions, thing_of
 from neumat.fields.store import read_neumerl
 from neumat.files import atomic_path, open_store
@@ -25,8 +25,6 @@ from neumat.render.sphere import FrozenSphere, radiance_fields
 
 SCHEMA = 1
 SIZE, RINGS, AZIMUTHS = 96, 48, 64  # of the pictures that are cropped
-GOLDEN = 2.399963  # rad, the golden angle: lightings turned by its multiples are well spread
-TILT = 0.4  # rad, up and down in turn
 
 
 @dataclass(frozen=True)
@@ -61,8 +59,7 @@ def make_conditions(neumerl, manifest, types, prompts, config, seed, progress=it
 
     images = []
     for k in progress(range(config["pictures"])):
-        lighting = k % config["lightings"]
-        linear = _pictures(weights, lighting)
+        linear = _pictures(weights, lighting(k % config["lightings"]))
         if k == 0:
             facts["colour"] = colour_names(to_srgb8(linear), seen["metallic"])
         images.append(encoder.encode_image(augmented(linear, seed, k)))
@@ -76,12 +73,11 @@ def make_conditions(neumerl, manifest, types, prompts, config, seed, progress=it
     return Conditions(encoder.id, type_names(table), known, facts, said, text, torch.stack(images, 1))
 
 
-def _pictures(weights, lighting):
-    """Return linear pictures (n, SIZE, SIZE, 3) of weights (n, 675), six permutations of each base, under one light.
+def _pictures(weights, environment):
+    """Return linear pictures (n, SIZE, SIZE, 3) of weights (n, 675), six permutations of each base.
 
     The lights are grey, so a permuted material's picture is the permuted picture.
     """
-    environment = turned(GOLDEN * lighting, TILT * (lighting > 0) * (-1) ** lighting)
     bases = radiance_fields(FrozenSphere(SIZE, RINGS, AZIMUTHS, environment=environment), weights[:: len(PERMUTATIONS)])
     orders = [channel_order(permutation) for permutation in PERMUTATIONS]
     return torch.stack([bases[..., list(order)] for order in orders], 1).flatten(0, 1)

@@ -13,7 +13,7 @@ from neumat.generative.conditional import ConditionalDiffusion
 from neumat.render.sphere import FrozenSphere, render_fields
 
 FARTHEST = 0.5  # cosine to the nearest training caption, below which a text is not about materials
-CANDIDATES = 8
+CANDIDATES = 16
 EDGE = 6  # a share of 1 / EDGE at each side of a picture is left out: the rest shows nothing but the sphere
 WORDS_READ = 128  # of a text; encoders read no further
 
