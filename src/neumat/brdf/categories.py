@@ -9,7 +9,8 @@ diffuse: |f| > f_diffuse at fewer than `exceptions` valid entries. Entries below
 metallic: printed as |f| > f_diffuse in every direction. Such a material reflects more light than it gets by the very
     inequality that defines f_diffuse (but for turns among the channels), and no measured one comes near: |f| goes
     below .12 / sr in each. Read as: |f| > f_diffuse at a share of at least `metallic_share` of the valid entries; 1 is
-    the printed rule. Metals and metallic paints lie above a quarter, plastics below.
+    the printed rule. Most metals and metallic paints lie above a quarter, plastics below; chrome and steel lie below
+    as well, since away from their narrow highlight they are dark.
 low-, mid-, high-specular: the maximum of |f| lies in [f_diffuse, s1), [s1, s2), [s2, infinity), with `specular` =
     (s1, s2), and the material is not diffuse. Printed without the last condition, which makes almost every diffuse
     material low-specular: a few grazing entries pass f_diffuse. With it the four are disjoint.

@@ -21,6 +21,14 @@ CHARTS = {  # picture: what it shows
     "training.png": "Chart 2: 1-NNA (RMSE) of the samples against the seconds of training",
 }
 
+REQUESTS = {
+    "figures/by-text.png": "Materials from prompts that no training text holds; rendered with Mitsuba 3",
+    "figures/by-type.png": "Materials by type; rendered with Mitsuba 3",
+    "figures/by-image.png": "Materials from pictures (left) of held-out materials; rendered with Mitsuba 3",
+    "charts/guidance.png": "Chart 3: how well requests are met, diversity and invalid draws against the guidance scale",
+    "charts/constrained.png": "Seconds that a material of each category costs, by rejection and by request",
+}
+
 
 def machine():
     """Return the machine in words: cores, architecture, the processor's name where the system tells it."""
@@ -35,7 +43,7 @@ def machine():
 def results(folder):
     """Return the Markdown of the tables in `folder`: the run's cost, the fits, Table 2 under `parity`, novelty.
 
-    Then generalisation and the charts, as far as they have been made.
+    Then generalisation, materials on demand and the charts, as far as they have been made.
     """
     tables = {name: pd.read_csv(folder / "tables" / f"{name}.csv") for name in ("run", "fit-summary", "unconditional")}
     novelty = pd.read_csv(folder / "tables" / "novelty.csv")
@@ -63,6 +71,7 @@ def results(folder):
     folds = folder / "tables/generalisation.csv"
     if folds.exists():
         lines += ["", _table2(pd.read_csv(folds), "generalisation").rstrip()]
+    lines += _on_demand(folder)
     fits = folder / "charts/fit.csv"
     if fits.exists():
         lines += [
@@ -79,6 +88,33 @@ def results(folder):
         if (folder / "charts" / name).exists():
             lines += ["", f"![{meaning}]({folder}/charts/{name})"]
     return "\n".join(lines)
+
+
+def _on_demand(folder):
+    """Return the lines on conditional and constrained synthesis, none where they have not been made."""
+    path = folder / "tables/conditional.csv"
+    if not path.exists():
+        return []
+    table = pd.read_csv(path)
+    shown = table.pivot_table("value", ["modality", "measure"], "method", sort=False).reset_index()
+    lines = [
+        "",
+        "### Materials on demand",
+        "",
+        "How well samples follow their requests, by judges that share nothing with the encoders or the model. Distances "
+        "are BRDF-L1-log, RMSE that of pictures; `rank of the prompt` is the median among all unseen prompts:",
+        "",
+        _table(shown),
+        "",
+        "Materials of one category by rejection from the unconditional model, and by the model asked for it:",
+        "",
+    ]
+    constrained = pd.read_csv(folder / "tables/constrained.csv")
+    columns = ["category", "way", "found", "tried", "acceptance", "seconds_per_accepted", "training_share", "one_nna"]
+    lines.append(_table(constrained[columns]))
+    for name, meaning in REQUESTS.items():
+        lines += ["", f"![{meaning}]({folder}/{name})"]
+    return lines
 
 
 def _table2(table, protocol):
@@ -104,6 +140,8 @@ def _table(frame):
 
 
 def _cell(value):
+    if pd.isna(value):
+        return ""
     return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
