@@ -56,7 +56,7 @@ TARGETS = {
         *expand(
             "results/constrained/{way}{category}.png",
             way=["", "guided/"],
-            category=CATEGORIES,
+            category=config["constrained"]["categories"],
         ),
         "results/tables/stability_conditional.csv",
     ],

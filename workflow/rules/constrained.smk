@@ -108,7 +108,7 @@ rule constrained:
         "../envs/neumat.yaml"
     params:
         code=code("constrained"),
-        constrained=section("constrained"),
+        constrained=section("constrained", "categories"),
         sampling=config["generative"]["sampling"],
     script:
         "../scripts/constrained.py"
@@ -142,7 +142,7 @@ rule constrained_table:
         found=expand(
             "results/constrained/{way}{category}.h5",
             way=["", "guided/"],
-            category=CATEGORIES,
+            category=config["constrained"]["categories"],
         ),
         statistics="results/categories/statistics.csv",
         neumerl=NEUMERL,
