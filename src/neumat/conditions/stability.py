@@ -16,7 +16,17 @@ import torch
 
 from neumat.conditions.odd_images import BLUE, BROKEN, RED, UNUSUAL, ball
 from neumat.conditions.photos import read_photo
-from neumat.conditions.stress_bench import ANEW, NONE, REFUSED, UNNEEDED, WARNED, Answer, N, attempt
+from neumat.conditions.stress_bench import (
+    ANEW,
+    CANDIDATES,
+    NONE,
+    REFUSED,
+    UNNEEDED,
+    WARNED,
+    Answer,
+    N,
+    attempt,
+)
 from neumat.generative.samplers import EVALUATIONS
 from neumat.generative.training import device
 
@@ -176,7 +186,7 @@ def _numbers(bench):
         return bench.answer(*bench.synthesiser.model.sample(N, bench.seed, request, bench.guidance))
 
     def counted(n):
-        return bench.answer(*bench.synthesiser.synthesise(n, bench.seed, bench.guidance, text="red"))
+        return bench.answer(*bench.synthesiser.synthesise(n, bench.seed, bench.guidance, CANDIDATES, text="red"))
 
     for factor in (float("nan"), float("inf")):
         yield _refused(f"request row times {factor}", "finite numbers", lambda factor=factor: scaled(factor))

@@ -17,6 +17,7 @@ from neumat.metrics.novelty import nearest_training
 from neumat.metrics.words import COLOURS, colour_right, gloss_right
 
 N, RAW = 16, 64  # samples of a request; raw draws at a setting
+CANDIDATES = 1  # of which a sample is the best: with more, those that were no valid BRDF could not be told
 DISTANCE = "brdf_l1_log"
 REFUSED, WARNED, ANEW, UNNEEDED, NONE = "refused", "warned", "drawn anew", "none needed", "none"
 
@@ -41,7 +42,7 @@ class StressBench:
 
     def ask(self, words=(), **request):
         """Return the Answer to a request; words: judged on the samples."""
-        return self.answer(*self.synthesiser.synthesise(N, self.seed, self.guidance, **request), words)
+        return self.answer(*self.synthesiser.synthesise(N, self.seed, self.guidance, CANDIDATES, **request), words)
 
     def answer(self, weights, drawn, words=()):
         """Return the Answer that the `sample` of a model gave: not right where a sample is no valid BRDF."""
@@ -82,7 +83,7 @@ class StressBench:
     def repeated(self, seed):
         """Return the Answer to a text under a seed; not right where a second time differs."""
         (weights, drawn), (again, _) = (
-            self.synthesiser.synthesise(N, seed, self.guidance, text="red") for _ in range(2)
+            self.synthesiser.synthesise(N, seed, self.guidance, CANDIDATES, text="red") for _ in range(2)
         )
         answer = self.answer(weights, drawn)
         return answer._replace(right=answer.right and torch.equal(weights, again))

@@ -71,7 +71,7 @@ class TextScorer:
         self.scaler = StandardScaler().fit(features)
         self.x, self.texts = _balanced(self.scaler.transform(features)), np.asarray(texts)
         self.fold = np.empty(len(self.x), int)
-        for k, (_, test) in enumerate(GroupKFold(FOLDS).split(self.x, groups=sources)):
+        for k, (_, test) in enumerate(GroupKFold(min(FOLDS, len(set(sources)))).split(self.x, groups=sources)):
             self.fold[test] = k
         self.all = _Model(self.x, self.texts)
         self.without = {}  # fold -> the model that has never seen it, made when it is wanted
