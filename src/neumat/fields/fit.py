@@ -150,19 +150,18 @@ def fit(values, directions, first, config, seed, widths=WIDTHS, progress=iter):
     count = values.shape[1]
     if count > GROUP:
         raise NeumatError("fit", f"at most {GROUP} materials at a time", count)
-    filled = torch.arange(GROUP) % count
-    values = values[:, filled].contiguous()
-    weights = train(values, directions, first.expand(GROUP, -1), config, seed, widths, progress)
+    filled = values[:, torch.arange(GROUP) % count].contiguous()
+    weights = train(filled, directions, first.expand(GROUP, -1), config, seed, widths, progress)[:count]
     grid, uniform, null = losses(weights, values, directions, directions.held, widths)
     bad = ~(grid < OUTLIER * null)
     if bad.any():
         start = random_weights(widths, seed, "retry").expand(GROUP, -1)
-        again = train(values, directions, start, config, f"{seed}/retry", widths, progress)
+        again = train(filled, directions, start, config, f"{seed}/retry", widths, progress)[:count]
         new_grid, new_uniform, _ = losses(again, values, directions, directions.held, widths)
         better = bad & ~(new_grid >= grid)
         weights = torch.where(better[:, None], again, weights)
         grid, uniform = torch.where(better, new_grid, grid), torch.where(better, new_uniform, uniform)
-    result = {
+    return {
         "weights": weights,
         "loss_grid": grid,
         "loss_uniform": uniform,
@@ -170,7 +169,6 @@ def fit(values, directions, first, config, seed, widths=WIDTHS, progress=iter):
         "converged": grid < OUTLIER * null,
         "retried": bad,
     }
-    return {key: tensor[:count] for key, tensor in result.items()}
 
 
 def random_weights(widths, seed, name):

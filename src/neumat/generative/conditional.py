@@ -151,8 +151,8 @@ class ConditionalDiffusion:
     def sample(self, n, seed, request, guidance=0.0):
         """Return (weights (n, 675) of valid BRDFs, how many were drawn for them). See `draw`.
 
-        What is no valid BRDF (`fields.validity.valid`) is drawn anew. Raises NeumatError where after ROUNDS rounds
-        some is still missing: the request or the guidance is beyond what the model can do.
+        What is no valid BRDF (`fields.validity.valid`) is drawn anew, at half the guidance each time where that is
+        positive: exaggeration is what breaks most. Raises NeumatError where after ROUNDS rounds some is still missing.
         """
         weights, drawn = self.draw(n, seed, request, guidance), n
         for round_ in range(1, ROUNDS):
@@ -160,7 +160,8 @@ class ConditionalDiffusion:
             if not len(broken):
                 return weights, drawn
             again = {name: rows if len(rows) == 1 else rows[broken] for name, rows in request.items()}
-            weights[broken] = self.draw(len(broken), seed_for(seed, "again", round_), again, guidance)
+            eased = min(guidance, guidance / 2**round_)
+            weights[broken] = self.draw(len(broken), seed_for(seed, "again", round_), again, eased)
             drawn += len(broken)
         broken = int((~valid(weights)).sum())
         if broken:

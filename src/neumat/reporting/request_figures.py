@@ -44,7 +44,7 @@ def guidance_chart(table, default, path):
 
     table: of `conditions.evaluate.guidance_sweep`. default: the scale in use, marked. path: of the PNG.
     """
-    x = table["guidance"].to_numpy(float) + 1  # 0 is the unconditional model: on a symmetric-logarithmic axis
+    x = np.arange(len(table))  # evenly spaced, whatever the scales
     panels = (
         (("type_right", "Type"), ("colour_right", "Colour words"), ("gloss_right", "Gloss words")),
         (
@@ -59,10 +59,9 @@ def guidance_chart(table, default, path):
         for axis, curves, title in zip(axes, panels, titles, strict=True):
             for k, (column, name) in enumerate(curves):
                 axis.plot(x, table[column], color=COLOURS[k], marker=MARKERS[k], markersize=4, linewidth=1, label=name)
-            axis.axvline(default + 1, color=MUTED, linewidth=0.8, linestyle=(0, (4, 3)))
-            axis.set_xscale("symlog", linthresh=1)
+            for i in np.flatnonzero(table["guidance"] == default):
+                axis.axvline(i, color=MUTED, linewidth=0.8, linestyle=(0, (4, 3)))
             axis.set_xticks(x, [f"{g:g}" for g in table["guidance"]])
-            axis.minorticks_off()
             axis.set(xlabel="guidance scale w", title=title, ylim=(0, None))
             axis.legend(fontsize=7)
         for suffix in (".png", ".svg"):
