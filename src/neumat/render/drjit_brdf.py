@@ -117,21 +117,28 @@ def lobes_density(lobes, wi, wo):
     return total
 
 
-def lobes_sample(lobes, wi, sample1, sample2):
-    """Return a direction for the view wi, from a number and a point of the unit square.
+def lobes_sample(lobes, wi, sample):
+    """Return a direction for the view wi, from a point of the unit square; see neumat.render.quadrature.ggx_lobe.
 
-    See neumat.render.quadrature.ggx_lobe.
+    The point's first coordinate also picks the lobe: points that are spread evenly give each lobe its share of them,
+    and within a lobe they are still spread evenly.
     """
     shares = _shares(lobes, wi)
-    alpha, reached, glossy = mi.Float(ALPHAS[-1]), mi.Float(0.0), sample1 < dr.sum(shares)
-    for k in reversed(range(len(ALPHAS))):
-        alpha = dr.select(sample1 >= reached, ALPHAS[k], alpha)
-        reached = reached + shares[k]
+    start, share, alpha = mi.Float(0.0), shares[0], mi.Float(ALPHAS[0])
+    for k in range(1, len(ALPHAS)):
+        within = sample.x >= start + share
+        start, share, alpha = (
+            dr.select(within, *pair) for pair in ((start + share, start), (shares[k], share), (ALPHAS[k], alpha))
+        )
+    diffuse = sample.x >= start + share
+    start, share = dr.select(diffuse, start + share, start), dr.select(diffuse, 1 - start - share, share)
+    x = dr.clip((sample.x - start) / dr.maximum(share, TINY), 0.0, 1.0)
     stretch = mi.Vector3f(alpha, alpha, 1.0)
     standard = dr.normalize(wi * stretch)
-    azimuth = 2 * math.pi * sample2.y
-    z = (1 - sample2.x) * (1 + standard.z) - standard.z
+    azimuth = 2 * math.pi * sample.y
+    z = (1 - x) * (1 + standard.z) - standard.z
     sine = dr.safe_sqrt(1 - z * z)
     cap = mi.Vector3f(sine * dr.cos(azimuth), sine * dr.sin(azimuth), z)
     h = dr.normalize((cap + standard) * stretch)
-    return dr.select(glossy, mi.reflect(wi, h), mi.warp.square_to_cosine_hemisphere(sample2))
+    cosine_lobe = mi.warp.square_to_cosine_hemisphere(mi.Point2f(x, sample.y))
+    return dr.select(diffuse, cosine_lobe, mi.reflect(wi, h))

@@ -96,7 +96,7 @@ def _classes():
             if self.sampler == "uniform":
                 wo = mi.warp.square_to_uniform_hemisphere(sample2)
             else:
-                wo = drjit_brdf.lobes_sample(self.lobes, si.wi, sample1, sample2)
+                wo = drjit_brdf.lobes_sample(self.lobes, si.wi, sample2)
             value, density = self.eval_pdf(ctx, si, wo, active)
             active = active & (density > 0)
             bs = mi.BSDFSample3f()
