@@ -5,6 +5,7 @@ both branches of a select run and so none may divide by 0. Directions are unit v
 """
 
 import math
+from itertools import pairwise
 
 import drjit as dr
 import mitsuba as mi
@@ -57,7 +58,7 @@ def field_value(weights, wi, wo):
     sin_h, cos_h, d = half_difference(wi, wo)
     # The second component of the half vector is always 0.
     values, at = [sin_h, None, cos_h, *d], 0
-    for n, m in zip(WIDTHS, WIDTHS[1:], strict=False):
+    for n, m in pairwise(WIDTHS):
         sums = []
         for j in range(m):
             total = _read(weights, at + n * m + j)

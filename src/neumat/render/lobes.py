@@ -36,8 +36,9 @@ def fit_lobes(material, sampler="fitted"):
     """Return the shares (ANGLES, len(ALPHAS)), float32, of the GGX lobes for a material; the cosine lobe has the rest.
 
     material: anything with `eval(theta_h, theta_d, phi_d)`. sampler: "fitted"; "ggx", the best one of the GGX lobes
-    beside the cosine lobe; "cosine"; "uniform", which has none. Minimises the variance under even light, by expectation maximisation (Douc et al.
-    2007, Minimum variance importance sampling via population Monte Carlo).
+    beside the cosine lobe; "cosine" and "uniform" have none. Minimises the variance under even light, summed over the
+    channels, by expectation maximisation (Douc et al. 2007, Minimum variance importance sampling via population Monte
+    Carlo).
     """
     shares = torch.zeros(ANGLES, len(ALPHAS))
     if sampler in ("cosine", "uniform"):
@@ -60,9 +61,9 @@ def _reflected(material):
     """Return the lobes' densities (1 + ALPHAS, ANGLES, n) at the nodes, and the material's (f cos)^2, each angle's
     integral being 1."""
     angles, cosine, weight, densities = _nodes()
-    reflected = material.eval(*angles).mean(1).view_as(cosine) * cosine
     # Values that are not finite, and materials that are black, say nothing.
-    energy = (reflected.nan_to_num(0.0, 0.0, 0.0).double().square() * weight).float()
+    values = material.eval(*angles).nan_to_num(0.0, 0.0, 0.0).double()
+    energy = (values.square().mean(1).view_as(cosine) * cosine**2 * weight).float()
     return densities, energy / energy.sum(1, keepdim=True).clamp_min(1e-30)
 
 

@@ -21,9 +21,9 @@ def noise_sweep(materials, samples, progress=iter):
     """Return a DataFrame of pictures: kind, material, sampler, spp, seconds, rmse, psnr.
 
     materials: {kind: (name, weights (675,))}; samples: samples a pixel, ascending. seconds: CPU time of a picture,
-    once the scene is loaded and its kernel compiled. rmse: of the linear picture, exposed and clipped to 0..1 as it is
-    shown, of two seeds, against one with REFERENCE times the most samples; that of "measured" holds the error of its table too.
-    psnr: the same in dB.
+    once the scene is loaded and its kernel compiled. rmse: of the linear pictures of two seeds, exposed and clipped to
+    0..1 as they are shown, against one with REFERENCE times the most samples; that of "measured" holds the error of its
+    table too. psnr: the same in dB.
     """
     rows = []
     with TemporaryDirectory() as folder:
