@@ -35,17 +35,16 @@ def physics_table(names, weights):
     is reflected beyond what is received, as a share of the latter; flagged: whether there is any, or a value is not a
     number; rescale: the factor that ends it, which the BSDF applies with `conserve`.
     """
-    albedos = directional_albedos(weights, ANGLES)
-    largest, at = albedos.amax(2).max(1)
-    degrees = np.degrees(ANGLES)[at.numpy()].round(1)
-    table = pd.DataFrame(
-        {"material": names, "reciprocity": _reciprocity(weights), "albedo": albedos[:, :EVEN].mean((1, 2))}
-    )
-    table["largest_albedo"], table["angle"] = largest, degrees
-    table["gain"] = (largest - 1).clamp_min(0)
-    # What is not a number fails every comparison.
-    table["flagged"] = ~(largest <= 1).numpy()
-    table["rescale"] = 1 / largest.clamp_min(1)
+    albedos = directional_albedos(weights, ANGLES).numpy()
+    per_angle = albedos.max(2)
+    largest = per_angle.max(1)
+    table = pd.DataFrame({"material": names, "reciprocity": _reciprocity(weights).numpy()})
+    table["albedo"] = albedos[:, :EVEN].mean((1, 2))
+    table["largest_albedo"] = largest
+    table["angle"] = np.degrees(ANGLES)[per_angle.argmax(1)].round(1)
+    table["gain"] = np.maximum(largest - 1, 0)
+    table["flagged"] = ~(largest <= 1)  # what is not a number fails every comparison
+    table["rescale"] = 1 / np.maximum(largest, 1)
     return table.sort_values("largest_albedo", ascending=False, kind="stable")
 
 

@@ -11,9 +11,9 @@
     import neumat.render.mitsuba_bsdf
     mi.load_dict({"type": "nbrdf", "filename": "chrome.safetensors"})
 
-They are registered for the variant that is set (the best one if none is) and for each that is set later. `weights`, a
-parameter of `mi.traverse`, is differentiable in the AD variants, and an update of it compiles nothing anew. The normal
-side reflects only: use `twosided` for the other. Blend materials with Mitsuba's own `blendbsdf`.
+They are registered for the RGB variant that is set (the best one if none is) and for each that is set later.
+`weights`, a parameter of `mi.traverse`, is differentiable in the AD variants, and an update of it compiles nothing
+anew. The normal side reflects only: use `twosided` for the other. Blend materials with Mitsuba's own `blendbsdf`.
 """
 
 import re

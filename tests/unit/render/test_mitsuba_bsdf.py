@@ -250,15 +250,16 @@ def test_gradient_of_a_picture_with_respect_to_the_weights(ladder):
     from neumat.render.mitsuba_scene import sphere_scene
 
     mi = mitsuba()
-    scene = sphere_scene(bsdf(ladder["plastic"]), 8)
+    # Lobes that are fitted change with the weights, and with them the noise.
+    scene = sphere_scene(bsdf(ladder["matte"]) | {"sampler": "cosine"}, 8)
     parameters = mi.traverse(scene)
     (key,) = (key for key in parameters.keys() if key.endswith("weights"))
-    start = ladder["plastic"].numpy()
+    start = ladder["matte"].numpy()
 
     def brightness(weights):
         parameters[key] = weights
         parameters.update()
-        return dr.mean(mi.render(scene, parameters, spp=2048, seed=3), axis=None)
+        return dr.mean(mi.render(scene, parameters, spp=256, seed=3), axis=None)
 
     weights = mi.Float(start)
     dr.enable_grad(weights)
@@ -268,7 +269,7 @@ def test_gradient_of_a_picture_with_respect_to_the_weights(ladder):
         step = np.zeros(SIZE, np.float32)
         step[i] = 1e-2
         high, low = (brightness(mi.Float(start + sign * step)).numpy().item() for sign in (1, -1))
-        assert gradient[i] == pytest.approx((high - low) / 2e-2, rel=0.02)
+        assert gradient[i] == pytest.approx((high - low) / 2e-2, rel=0.03)
 
 
 @compiled
