@@ -6,7 +6,7 @@
     weights: instead of a file, a text of 675 numbers
     sampler: how directions are drawn, one of `neumat.render.lobes.SAMPLERS`; default "fitted"
     conserve: true scales a material that reflects more than it receives down to where it doesn't; default false
-`merl`: a table of MERL's format, with the same properties but `material` and `weights`.
+`merl`: a table of MERL's format, with the properties filename, sampler and conserve.
 
     import neumat.render.mitsuba_bsdf
     mi.load_dict({"type": "nbrdf", "filename": "chrome.safetensors"})
