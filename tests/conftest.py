@@ -6,7 +6,7 @@ import pytest
 import torch
 
 from neumat.fields.layout import SIZE, unpack
-from neumat.render.mitsuba_scene import variant
+from neumat.render.variant import variant
 
 
 @pytest.fixture(scope="session", autouse=True)

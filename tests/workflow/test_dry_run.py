@@ -19,7 +19,14 @@ def test_smoke_plans_every_rule(tmp_path):
 @pytest.mark.parametrize("overlays", [(), (ROOT / "config/paper.yaml",)], ids=["default", "paper"])
 def test_default_target_plans_data_to_report(tmp_path, overlays):
     rules = planned(tmp_path, overlays=overlays)
-    assert set(RULES) - rules == {"chart_fit", "chart_sampling", "text_ablation", "generalisation_table", "export"}
+    assert set(RULES) - rules == {
+        "chart_fit",
+        "chart_sampling",
+        "chart_bsdf",
+        "text_ablation",
+        "generalisation_table",
+        "export",
+    }
 
 
 def test_every_stage_without_wildcards_is_a_target_of_its_own(tmp_path):

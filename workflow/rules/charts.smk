@@ -85,3 +85,28 @@ rule chart_sampling:
         seed=config["seed"],
     script:
         "../scripts/chart_sampling.py"
+
+
+rule chart_bsdf:
+    input:
+        neumerl=NEUMERL,
+        manifest=MANIFEST,
+    output:
+        table="results/charts/bsdf.csv",
+        chart=report(
+            "results/charts/bsdf.png",
+            caption="../report/chart_bsdf.rst",
+            category="Charts",
+        ),
+        vector="results/charts/bsdf.svg",
+    log:
+        "results/logs/chart_bsdf.log",
+    benchmark:
+        "results/benchmarks/chart_bsdf.tsv"
+    conda:
+        "../envs/neumat.yaml"
+    params:
+        code=code("chart_bsdf"),
+        samples=config["charts"]["bsdf_samples"],
+    script:
+        "../scripts/chart_bsdf.py"

@@ -45,6 +45,7 @@ TARGETS = {
         "results/tables/unconditional.csv",
         "results/tables/novelty.csv",
         "results/tables/renderer.csv",
+        "results/tables/physics.csv",
         "results/figures/nearest.png",
         "results/figures/heatmap.png",
         "results/figures/grid.png",
@@ -63,6 +64,7 @@ TARGETS = {
     "charts": [
         "results/charts/fit.csv",
         "results/charts/sampling.csv",
+        "results/charts/bsdf.csv",
         "results/tables/text_ablation.csv",
     ],
     "generalisation": ["results/tables/generalisation.csv"],

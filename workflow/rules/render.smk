@@ -43,3 +43,25 @@ rule grid:
         render=section("render", "size", "verify_materials", "verify_samples"),
     script:
         "../scripts/grid.py"
+
+
+rule physics:
+    input:
+        neumerl=NEUMERL,
+        samples=SAMPLES,
+    output:
+        report(
+            "results/tables/physics.csv",
+            caption="../report/physics.rst",
+            category="Samples",
+        ),
+    log:
+        "results/logs/physics.log",
+    benchmark:
+        "results/benchmarks/physics.tsv"
+    conda:
+        "../envs/neumat.yaml"
+    params:
+        code=code("physics"),
+    script:
+        "../scripts/physics.py"

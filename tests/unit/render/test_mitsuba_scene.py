@@ -9,6 +9,7 @@ from neumat.fields.layout import SIZE
 from neumat.render import mitsuba_scene as ms
 from neumat.render import scene
 from neumat.render.sphere import FrozenSphere
+from neumat.render.variant import variant
 from neumat.render.verify import verify
 from neumat.seeds import torch_generator
 
@@ -20,7 +21,7 @@ def weights():
 
 def few(many, one):
     """Return `many` where Mitsuba is compiled, `one` where it runs Python per sample."""
-    return many if ms.variant() == "llvm_ad_rgb" else one
+    return many if variant() == "llvm_ad_rgb" else one
 
 
 def test_two_programs_agree_on_the_same_field(weights):
@@ -40,21 +41,6 @@ def test_a_grey_sphere_of_mitsubas_own_agrees_with_ours():
     assert abs(ours[on_sphere].mean() / theirs[on_sphere].mean() - 1) < 0.003
 
 
-def test_sampling_follows_its_density(weights, monkeypatch, tmp_path):
-    if ms.variant() != "llvm_ad_rgb":
-        pytest.skip("the chi-square test needs a compiled Mitsuba variant: no working LLVM library was found")
-    mi = ms.mitsuba()
-    # Lobes that the test's own integration of the density resolves; it writes its histogram where it fails.
-    monkeypatch.setattr(ms, "LOBES", (0.5, 0.2))
-    monkeypatch.chdir(tmp_path)
-    from mitsuba.chi2 import BSDFAdapter, ChiSquareTest, SphericalDomain
-
-    sample, pdf = BSDFAdapter("neural_field", f'<string name="weights" value="{ms.bsdf(weights[0])["weights"]}"/>')
-    test = ChiSquareTest(SphericalDomain(), sample, pdf, 3, sample_count=200_000, res=51, ires=32)
-    assert test.run(), test.messages
-    assert mi.variant() == "llvm_ad_rgb"
-
-
 def test_contact_sheet_has_its_tiles_in_reading_order(weights):
     size = few(16, 4)
     sheet = ms.render_grid(weights, columns=3, size=size, spp=4)
@@ -71,8 +57,8 @@ def test_studio_is_never_dark():
 
 def test_without_llvm_the_scalar_variant_renders():
     code = (
-        "import numpy as np, torch; from neumat.render import mitsuba_scene as ms;"
-        "ms._llvm_libraries = lambda: iter(()); assert ms.variant() == 'scalar_rgb';"
+        "import numpy as np, torch; from neumat.render import mitsuba_scene as ms, variant;"
+        "variant._llvm_libraries = lambda: iter(()); assert variant.variant() == 'scalar_rgb';"
         "assert np.isfinite(ms.render_mitsuba(torch.linspace(-0.2, 0.2, 675), 8, 16)).all()"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -1,0 +1,60 @@
+"""Physical plausibility, material by material: reciprocity, directional albedo, and energy gained."""
+
+import math
+
+import numpy as np
+import pandas as pd
+import torch
+
+from neumat.brdf.coordinates import half_difference, rusinkiewicz
+from neumat.brdf.validity import directional_albedo
+from neumat.fields.field import evaluate_inputs
+from neumat.fields.validity import directional_albedos
+from neumat.seeds import torch_generator
+
+EVEN = 8  # angles of the light, at equal steps of sin^2: the mean of their albedos is the hemispherical albedo
+GRAZING = (80, 85)  # degrees
+ANGLES = (
+    *(math.asin(math.sqrt((i + 0.5) / EVEN)) for i in range(EVEN)),
+    *(math.radians(angle) for angle in GRAZING),
+)
+PAIRS = 512  # of random directions, at which reciprocity is measured
+RESOLUTION = 64  # of the quadrature of a single material, along both half angles
+
+
+def largest_albedo(material):
+    """Return the largest directional albedo of a material, over ANGLES and channels; above 1 it creates energy."""
+    return max(directional_albedo(material, angle, RESOLUTION).max().item() for angle in ANGLES)
+
+
+def physics_table(names, weights):
+    """Return a DataFrame with a row for each of the fields (n, 675), those that gain most first.
+
+    material; reciprocity: largest |f(i, o) - f(o, i)| / (1 + f(i, o)) over random directions; albedo: hemispherical,
+    mean of the channels; largest_albedo: directional, of all ANGLES and channels, and its angle in degrees; gain: what
+    is reflected beyond what is received, as a share of the latter; flagged: whether there is any, or a value is not a
+    number; rescale: the factor that ends it, which the BSDF applies with `conserve`.
+    """
+    albedos = directional_albedos(weights, ANGLES).numpy()
+    per_angle = albedos.max(2)
+    largest = per_angle.max(1)
+    table = pd.DataFrame({"material": names, "reciprocity": _reciprocity(weights).numpy()})
+    table["albedo"] = albedos[:, :EVEN].mean((1, 2))
+    table["largest_albedo"] = largest
+    table["angle"] = np.degrees(ANGLES)[per_angle.argmax(1)].round(1)
+    table["gain"] = np.maximum(largest - 1, 0)
+    table["flagged"] = ~(largest <= 1)  # what is not a number fails every comparison
+    table["rescale"] = 1 / np.maximum(largest, 1)
+    return table.sort_values("largest_albedo", ascending=False, kind="stable")
+
+
+def _reciprocity(weights):
+    """Return the largest relative difference (n,) between f(i, o) and f(o, i), of fields (n, 675)."""
+    pair = torch.randn(2, PAIRS, 3, generator=torch_generator(0, "reciprocity"))
+    pair[..., 2].abs_()
+    wi, wo = torch.nn.functional.normalize(pair, dim=2).double()
+    one, other = (
+        evaluate_inputs(weights, half_difference(*rusinkiewicz(*both)).to(weights.dtype))
+        for both in ((wi, wo), (wo, wi))
+    )
+    return ((one - other).abs() / (1 + one)).flatten(1).amax(1)

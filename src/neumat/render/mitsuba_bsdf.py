@@ -1,0 +1,175 @@
+"""Measured and neural materials as BSDF plugins of Mitsuba 3: importing this module registers them.
+
+`nbrdf`: any material that neumat reads.
+    filename: a file or folder that `neumat.export.read_material` reads, a field or a table; or a store of neumat
+    material: the name of the material in the store
+    weights: instead of a file, a text of 675 numbers
+    sampler: how directions are drawn, one of `neumat.render.lobes.SAMPLERS`; default "fitted"
+    conserve: true scales a material that reflects more than it receives down to where it doesn't; default false
+`merl`: a table of MERL's format, with the properties filename, sampler and conserve.
+
+    import neumat.render.mitsuba_bsdf
+    mi.load_dict({"type": "nbrdf", "filename": "chrome.safetensors"})
+
+They are registered for the RGB variant that is set (the best one if none is) and for each that is set later.
+`weights`, a parameter of `mi.traverse`, is differentiable in the AD variants, and an update of it compiles nothing
+anew. The normal side reflects only: use `twosided` for the other. Blend materials with Mitsuba's own `blendbsdf`.
+"""
+
+import re
+import sys
+
+from neumat.render.variant import variant
+
+if "mitsuba" not in sys.modules:
+    variant()  # finds the LLVM library that Dr.Jit loads
+
+import drjit as dr
+import mitsuba as mi
+import torch
+
+from neumat.brdf.merl import read_merl
+from neumat.brdf.table import Table
+from neumat.errors import NeumatError
+from neumat.export import find_material, read_material
+from neumat.fields.field import Field
+from neumat.fields.layout import SIZE
+from neumat.fields.physics import largest_albedo
+from neumat.render import drjit_brdf
+from neumat.render.lobes import check_sampler, fit_lobes
+
+
+def material_of(properties):
+    """Return the weights (675,) or the Table that the properties of an `nbrdf` name.
+
+    Raises NeumatError for a bad file, another number of weights, and weights that are not finite numbers.
+    """
+    if "weights" in properties:
+        try:
+            weights = torch.tensor([float(number) for number in properties["weights"].split()])
+        except ValueError as error:
+            raise NeumatError("nbrdf: weights", f"{SIZE} numbers", error) from error
+        if len(weights) != SIZE or not weights.isfinite().all():
+            raise NeumatError("nbrdf: weights", f"{SIZE} finite numbers", f"{len(weights)}, or NaN or infinite ones")
+        return weights
+    if "filename" not in properties:
+        raise NeumatError("nbrdf", "the property filename or weights", "neither")
+    if "material" in properties:
+        return find_material(properties["filename"], properties["material"])
+    return read_material(properties["filename"])
+
+
+def load_dict(scene):
+    """Return mi.load_dict(scene); a bad property or file of ours ends in one line, a NeumatError."""
+    try:
+        return mi.load_dict(scene)
+    except RuntimeError as error:
+        # Mitsuba gives the text of an exception raised by a plugin, its traceback included.
+        found = re.search(r"NeumatError: (.*?): expected (.*); found (.*)", str(error))
+        if found is None:
+            raise
+        raise NeumatError(*found.groups()) from error
+
+
+def _classes():
+    """Return the plugins {name: constructor} for the variant that is set."""
+
+    class Material(mi.BSDF):
+        """Reflection by an isotropic material; a subclass has `value(wi, wo)`, f as a Color3f."""
+
+        def __init__(self, properties, material):
+            mi.BSDF.__init__(self, properties)
+            self.m_components = [mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.FrontSide]
+            self.m_flags = self.m_components[0]
+            self.sampler = properties.get("sampler", "fitted")
+            check_sampler(self.sampler)
+            self.conserve = properties.get("conserve", False)
+            self.adapt(material)
+
+        def adapt(self, material):
+            """Fit what depends on the material beside its values."""
+            self.lobes = drjit_brdf.buffer(fit_lobes(material, self.sampler))
+            scale = 1 / max(1.0, largest_albedo(material)) if self.conserve else 1.0
+            self.scale = dr.opaque(mi.Float, scale) if dr.is_jit_v(mi.Float) else scale
+
+        def sample(self, ctx, si, sample1, sample2, active=True):
+            if self.sampler == "uniform":
+                wo = mi.warp.square_to_uniform_hemisphere(sample2)
+            else:
+                wo = drjit_brdf.lobes_sample(self.lobes, si.wi, sample2)
+            value, density = self.eval_pdf(ctx, si, wo, active)
+            active = active & (density > 0)
+            bs = mi.BSDFSample3f()
+            bs.wo, bs.eta, bs.sampled_component, bs.pdf = wo, 1.0, 0, density
+            bs.sampled_type = mi.UInt32(+mi.BSDFFlags.GlossyReflection)
+            return bs, dr.select(active, value / dr.select(active, density, 1.0), 0.0)
+
+        def eval(self, ctx, si, wo, active=True):
+            active = active & (si.wi.z > 0) & (wo.z > 0)
+            return dr.select(active, self.value(si.wi, wo) * (self.scale * wo.z), 0.0)
+
+        def pdf(self, ctx, si, wo, active=True):
+            if self.sampler == "uniform":
+                density = mi.warp.square_to_uniform_hemisphere_pdf(wo)
+            else:
+                density = drjit_brdf.lobes_density(self.lobes, si.wi, wo)
+            return dr.select(active & (si.wi.z > 0) & (wo.z > 0), density, 0.0)
+
+        def eval_pdf(self, ctx, si, wo, active=True):
+            return self.eval(ctx, si, wo, active), self.pdf(ctx, si, wo, active)
+
+    class NeuralField(Material):
+        """A field of 675 weights."""
+
+        def __init__(self, properties, weights):
+            Material.__init__(self, properties, Field(weights))
+            self.weights = drjit_brdf.buffer(weights)
+
+        def value(self, wi, wo):
+            return drjit_brdf.field_value(self.weights, wi, wo)
+
+        def traverse(self, callback):
+            callback.put("weights", self.weights, mi.ParamFlags.Differentiable)
+
+        def parameters_changed(self, keys):
+            self.adapt(Field(torch.from_numpy(dr.detach(self.weights).numpy())))
+
+        def to_string(self):
+            return "NeuralField[]"
+
+    class Tabulated(Material):
+        """A table on the MERL grid."""
+
+        def __init__(self, properties, table):
+            Material.__init__(self, properties, table)
+            self.table = drjit_brdf.buffer(torch.cat([table.values, table.valid[:, None]], 1))
+
+        def value(self, wi, wo):
+            return drjit_brdf.table_value(self.table, wi, wo)
+
+        def to_string(self):
+            return "Tabulated[]"
+
+    def nbrdf(properties):
+        material = material_of(properties)
+        return (Tabulated if isinstance(material, Table) else NeuralField)(properties, material)
+
+    def merl(properties):
+        if "filename" not in properties:
+            raise NeumatError("merl", "the property filename", "none")
+        return Tabulated(properties, Table(read_merl(properties["filename"])))
+
+    return {"nbrdf": nbrdf, "merl": merl}
+
+
+def register(*_):
+    """Register the plugins for the variant of Mitsuba that is set."""
+    if mi.variant().endswith("_rgb"):
+        for name, plugin in _classes().items():
+            mi.register_bsdf(name, plugin)
+
+
+if mi.variant() is None:
+    mi.set_variant(variant())
+register()
+mi.detail.add_variant_callback(register)

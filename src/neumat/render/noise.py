@@ -1,0 +1,50 @@
+"""What a way of drawing directions costs and how much noise it leaves: Mitsuba's pictures, sampler by sampler."""
+
+import time
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pandas as pd
+
+from neumat.export import export
+from neumat.render import scene
+from neumat.render.lobes import SAMPLERS
+from neumat.render.mitsuba_scene import bsdf, render_scene, sphere_scene
+
+SIZE = 32  # pixels
+REFERENCE = 8  # times as many samples as the finest picture
+MEASURED = "measured"  # Mitsuba's own BSDF, on the exported file
+
+
+def noise_sweep(materials, samples, progress=iter):
+    """Return a DataFrame of pictures: kind, material, sampler, spp, seconds, rmse, psnr.
+
+    materials: {kind: (name, weights (675,))}; samples: samples a pixel, ascending. seconds: CPU time of a picture,
+    once the scene is loaded and its kernel compiled. rmse: of the linear pictures of two seeds, exposed and clipped to
+    0..1 as they are shown, against one with REFERENCE times the most samples; that of "measured" holds the error of its
+    table too. psnr: the same in dB.
+    """
+    rows = []
+    with TemporaryDirectory() as folder:
+        for kind, (name, weights) in progress(materials.items()):
+            exported = export(weights, "rgl", Path(folder), name)
+            shown = _shown(render_scene(sphere_scene(bsdf(weights), SIZE), REFERENCE * samples[-1], seed=1))
+            plugins = {sampler: bsdf(weights) | {"sampler": sampler} for sampler in SAMPLERS}
+            plugins[MEASURED] = {"type": MEASURED, "filename": str(exported)}
+            for sampler, plugin in plugins.items():
+                loaded = sphere_scene(plugin, SIZE)
+                for spp in samples:
+                    # The first picture compiles the kernel, which depends on the number of samples.
+                    pictures = [render_scene(loaded, spp)]
+                    start = time.process_time()
+                    pictures.append(render_scene(loaded, spp, seed=2))
+                    seconds = time.process_time() - start
+                    rmse = float(np.sqrt(np.mean([(_shown(picture) - shown) ** 2 for picture in pictures])))
+                    rows.append((kind, name, sampler, spp, seconds, rmse, -20 * np.log10(max(rmse, 1e-6))))
+    return pd.DataFrame(rows, columns=["kind", "material", "sampler", "spp", "seconds", "rmse", "psnr"])
+
+
+def _shown(linear):
+    """Return a linear picture as it is shown, before the sRGB curve, in double precision."""
+    return np.clip(linear.astype(float) * scene.EXPOSURE, 0, 1)

@@ -1,0 +1,35 @@
+import math
+
+import pytest
+import torch
+
+from neumat.fields.field import Field
+from neumat.fields.layout import SIZE
+from neumat.fields.physics import largest_albedo, physics_table
+from neumat.seeds import torch_generator
+
+
+def test_albedo_and_gain_of_diffuse_materials(field):
+    table = physics_table(["half", "double"], torch.stack([field(0.5), field(2.0)])).set_index("material")
+    assert list(table.index) == ["double", "half"]
+    assert table["albedo"]["half"] == pytest.approx(0.5, rel=0.01)
+    assert table["gain"]["double"] == pytest.approx(1, rel=0.02) and table["gain"]["half"] == 0
+    assert table["flagged"]["double"] and not table["flagged"]["half"]
+    assert table["rescale"]["double"] == pytest.approx(0.5, rel=0.02) and table["rescale"]["half"] == 1
+
+
+def test_every_field_is_reciprocal():
+    weights = 0.3 * torch.randn(4, SIZE, generator=torch_generator(0, "physics"))
+    assert (physics_table(range(4), weights)["reciprocity"] < 1e-4).all()
+
+
+def test_a_field_that_is_not_a_number_is_flagged(field):
+    weights = torch.stack([field(0.5), torch.full((SIZE,), math.nan)])
+    table = physics_table(["fine", "broken"], weights).set_index("material")
+    assert table["flagged"]["broken"] and not table["flagged"]["fine"]
+
+
+def test_largest_albedo_of_one_material_is_that_of_the_table(field):
+    weights = field(0.3, 20.0, 40.0)
+    table = physics_table(["a"], weights[None])
+    assert largest_albedo(Field(weights)) == pytest.approx(table["largest_albedo"].item(), rel=0.01)

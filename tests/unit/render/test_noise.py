@@ -1,0 +1,18 @@
+import pytest
+
+from neumat.render.lobes import SAMPLERS
+from neumat.render.noise import noise_sweep
+from neumat.render.variant import variant
+from neumat.reporting.noise_chart import LABELS, noise_chart
+
+
+@pytest.mark.skipif(variant() != "llvm_ad_rgb", reason="needs a compiled Mitsuba variant: no LLVM library was found")
+def test_noise_falls_with_the_samples_and_with_fitted_lobes(ladder, tmp_path):
+    table = noise_sweep({"matte": ("a", ladder["matte"]), "glossy": ("b", ladder["glossy"])}, [4, 64])
+    assert set(table["sampler"]) == {*SAMPLERS, "measured"} == set(LABELS)
+    psnr = table.set_index(["kind", "sampler", "spp"])["psnr"]
+    assert (psnr.xs(64, level="spp") > psnr.xs(4, level="spp")).all()
+    assert psnr["glossy", "fitted", 64] > psnr["glossy", "cosine", 64] + 10
+    assert psnr["matte", "fitted", 64] > psnr["matte", "cosine", 64] - 1
+    noise_chart(table, tmp_path / "bsdf")
+    assert {path.name for path in tmp_path.iterdir()} == {"bsdf.png", "bsdf.svg"}
