@@ -1,5 +1,7 @@
 """Noise against time, a panel for each kind of material, a line for each way of drawing directions."""
 
+from matplotlib.ticker import LogLocator, NullFormatter
+
 from neumat.files import atomic_path
 from neumat.reporting.style import ACCENT, COLOURS, MARKERS, figure
 
@@ -33,6 +35,9 @@ def noise_chart(table, path_stem):
                 )
             axes.set(xscale="log", xlabel="CPU seconds", title=f"{kind}: {part['material'].iloc[0]}")
             axes.title.set_fontsize(7)
+            axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+            axes.xaxis.set_major_formatter("{x:g}")
+            axes.xaxis.set_minor_formatter(NullFormatter())
         grid[0, 0].set_ylabel("PSNR, dB")
         drawn.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=len(LABELS))
         for suffix in (".png", ".svg"):
