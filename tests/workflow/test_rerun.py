@@ -22,8 +22,10 @@ AFTER_SAMPLING = CONSTRAINED | {
     "grid",
     "chart_sampling",
     "export",
+    "physics",
     "run_table",
 }
+ON_DEMAND = {"conditional", "chart_guidance", "stability_conditional", "text_ablation"}
 
 
 def test_a_second_run_does_nothing(smoke):
@@ -38,10 +40,10 @@ def test_cores_and_threads_rerun_nothing(smoke, arguments):
 @pytest.mark.parametrize(
     ("overlay", "rules"),
     [
-        ("generative: {sampling: {seed: 1}}", AFTER_SAMPLING),
+        ("generative: {sampling: {seed: 1}}", AFTER_SAMPLING | ON_DEMAND - {"stability_conditional"}),
         ("evaluate: {bootstrap: 30}", {"unconditional", "generalisation_table", "run_table"}),
         ("render: {grid_rows: 1}", {"grid", "run_table"}),
-        ("constrained: {rules: {mirror_width: 0.1}}", CONSTRAINED | {"categories", "run_table"}),
+        ("constrained: {rules: {mirror_width: 0.1}}", CONSTRAINED | ON_DEMAND | {"tune", "categories", "run_table"}),
     ],
 )
 def test_a_changed_key_reruns_its_stage_and_what_follows(smoke, tmp_path, overlay, rules):
@@ -71,7 +73,7 @@ def test_code_counts_and_comments_do_not(smoke, tmp_path):
 def contents(folder):
     """Return all numbers of the stores of weights and samples in `folder`."""
     found = {}
-    for path in sorted([folder / "results/neumerl/neumerl.h5", *(folder / "results/samples").rglob("*.h5")]):
+    for path in sorted([folder / "results/neumerl/neumerl.h5", *(folder / "results/samples/parity").glob("*.h5")]):
         with h5py.File(path) as file:
             found[path.name] = file["weights" if path.stem == "neumerl" else "samples"][:]
     return found

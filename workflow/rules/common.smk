@@ -122,3 +122,9 @@ def shard_indices(wildcards):
 def exported_store(material):
     """The store with the weights of a material of the manifest, or of a sample of the diffusion model."""
     return SAMPLES if re.fullmatch(r"sample-\d+", material) else NEUMERL
+
+
+def projection_of(power):
+    """The section `conditional.projection`; a power named in the file, as in @0.5, in place of the configured one."""
+    given = config["conditional"]["projection"]
+    return given | {"power": float(power[1:])} if power else given

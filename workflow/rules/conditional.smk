@@ -2,12 +2,6 @@ CONDITIONAL = "results/conditional/model.safetensors"
 CONDITIONS = "results/conditional/conditions.h5"
 
 
-def projection_of(power):
-    """The section `conditional.projection`; a power named in the file, as in @0.5, in place of the configured one."""
-    given = config["conditional"]["projection"]
-    return given | {"power": float(power[1:])} if power else given
-
-
 # Types, captions and pictures of every material, encoded.
 rule conditions:
     input:
@@ -75,7 +69,9 @@ rule tune:
         code=code("tune"),
         tuning=config["conditional"]["tuning"],
         rules=config["constrained"]["rules"],
-        sampling=config["generative"]["sampling"],
+        sampling={
+            key: config["generative"]["sampling"][key] for key in ("sampler", "nfe")
+        },
         seed=config["seed"],
         checkpoint="results/conditional/model{power}.checkpoint",
     script:
