@@ -4,6 +4,7 @@ No judge here shares anything with the encoders or the generative model (`metric
 `text_scorer`, `alignment`). Requests are the types, the unseen prompts, and pictures of held-out materials.
 """
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -159,11 +160,9 @@ class Bench:
             fits &= gloss_right(seen, row["gloss"])
         return np.flatnonzero(fits)
 
-    @property
+    @functools.cached_property
     def _training_appearance(self):
-        if not hasattr(self, "_seen"):
-            self._seen = appearance(self.weights[self.train])
-        return self._seen
+        return appearance(self.weights[self.train])
 
     def judge(self, requests, weights, belongs):
         """Return {measure: (value, how many materials)} of fields (m, 675) that answer the requests `belongs` (m,)."""
