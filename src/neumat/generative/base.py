@@ -60,6 +60,23 @@ class Dataset:
         )
 
 
+def read_checkpoint(path, what, schema, model):
+    """Return (metadata, tensors by name) of the safetensors file in which `model`, a class name, was saved.
+
+    what: the file in words. Raises NeumatError for another file, class or schema version.
+    """
+    try:
+        with safe_open(path, "pt") as file:
+            metadata = file.metadata() or {}
+            tensors = {name: file.get_tensor(name) for name in file.keys()}
+    except (OSError, SafetensorError) as error:
+        raise NeumatError(path, what, error) from error
+    for key, expected in (("schema", schema), ("model", model)):
+        if metadata.get(key) != expected:
+            raise NeumatError(path, f"{key} {expected}", metadata.get(key))
+    return metadata, tensors
+
+
 @dataclass(kw_only=True)
 class GenerativeModel(abc.ABC):
     """One method. Its dataclass fields are its hyperparameters; what `fit` learns is a dict of tensors, `state`.
@@ -107,15 +124,7 @@ class GenerativeModel(abc.ABC):
     @classmethod
     def load(cls, path):
         """Read a model that `save` wrote. Raises NeumatError for another file, class or schema version."""
-        try:
-            with safe_open(path, "pt") as file:
-                metadata = file.metadata() or {}
-                state = {name: file.get_tensor(name) for name in file.keys()}
-        except (OSError, SafetensorError) as error:
-            raise NeumatError(path, "a saved generative model", error) from error
-        for key, expected in (("schema", SCHEMA), ("model", cls.__name__)):
-            if metadata.get(key) != expected:
-                raise NeumatError(path, f"{key} {expected}", metadata.get(key))
+        metadata, state = read_checkpoint(path, "a saved generative model", SCHEMA, cls.__name__)
         model = cls(**json.loads(metadata["config"]))
         model.state = state
         return model

@@ -6,13 +6,13 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import torch
-from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 from torch import nn
 
 from neumat.errors import NeumatError
 from neumat.fields.validity import valid
 from neumat.files import atomic_path
+from neumat.generative.base import read_checkpoint
 from neumat.generative.denoisers import LEVEL_WIDTH
 from neumat.generative.hyperdiffusion import HyperDiffusion
 from neumat.generative.schedule import Denoiser, loguniform_sigmas
@@ -210,15 +210,7 @@ class ConditionalDiffusion:
     @classmethod
     def load(cls, path):
         """Read a model that `save` wrote. Raises NeumatError for another file, class or schema version."""
-        try:
-            with safe_open(path, "pt") as file:
-                metadata = file.metadata() or {}
-                tensors = {name: file.get_tensor(name) for name in file.keys()}
-        except (OSError, SafetensorError) as error:
-            raise NeumatError(path, "a saved conditional model", error) from error
-        for key, expected in (("schema", SCHEMA), ("model", cls.__name__)):
-            if metadata.get(key) != expected:
-                raise NeumatError(path, f"{key} {expected}", metadata.get(key))
+        metadata, tensors = read_checkpoint(path, "a saved conditional model", SCHEMA, cls.__name__)
         base, tuning, notes, sizes = (json.loads(metadata[key]) for key in ("base", "tuning", "notes", "sizes"))
         groups = {"base": {}, "tuned": {}, "extra": {}}
         for name, value in tensors.items():
