@@ -7,7 +7,7 @@ An encoder has an `id`, which checkpoints carry, `encode_text(list of str) -> (n
 import functools
 
 import torch
-from torch.nn.functional import interpolate, normalize
+from torch.nn.functional import normalize
 
 from neumat.errors import NeumatError
 from neumat.metrics import frechet
@@ -30,7 +30,7 @@ class Packaged:
     def encode_image(self, images):
         """Return (n, 1328). Raises NeumatError where the packages are not installed."""
         shapes = normalize(frechet.features(images))
-        small = torch.cat([_resized(part, THUMBNAIL) for part in images.split(256)])
+        small = torch.cat([frechet.resized(part, THUMBNAIL) for part in images.split(256)])
         return torch.cat([shapes, (small.flatten(1) - 0.5) / THUMBNAIL], 1)
 
 
@@ -43,14 +43,16 @@ class OpenClip:
         """Return (n, 512). Raises NeumatError where the package or its weights cannot be had."""
         network, tokenise = _open_clip()
         with torch.inference_mode():
-            return torch.cat([normalize(network.encode_text(tokenise(texts[k : k + 64]))) for k in _starts(texts)])
+            return torch.cat(
+                [normalize(network.encode_text(tokenise(texts[k : k + 64]))) for k in range(0, len(texts), 64)]
+            )
 
     def encode_image(self, images):
         """Return (n, 512). Raises NeumatError where the package or its weights cannot be had."""
         network, _ = _open_clip()
         mean, std = (torch.tensor(v)[:, None, None] for v in (network.visual.image_mean, network.visual.image_std))
         with torch.inference_mode():
-            parts = [(_resized(part, CLIP_SIZE) - mean) / std for part in images.split(64)]
+            parts = [(frechet.resized(part, CLIP_SIZE) - mean) / std for part in images.split(64)]
             return torch.cat([normalize(network.encode_image(part)) for part in parts])
 
 
@@ -70,16 +72,6 @@ def encoder_of(encoder_id):
         if encoder.id == encoder_id:
             return encoder()
     raise NeumatError("encoder of the checkpoint", f"one of {', '.join(e.id for e in ENCODERS.values())}", encoder_id)
-
-
-def _starts(texts):
-    return range(0, len(texts), 64)
-
-
-def _resized(images, size):
-    """Return uint8 (n, H, W, 3) as float32 (n, 3, size, size) in [0, 1]."""
-    x = images.permute(0, 3, 1, 2).float() / 255
-    return interpolate(x, (size, size), mode="bilinear", antialias=True, align_corners=False)
 
 
 @functools.cache

@@ -28,11 +28,16 @@ def features(images, size=128, batch=8):
     mean, std = torch.tensor(_MEAN)[:, None, None], torch.tensor(_STD)[:, None, None]
     rows = []
     for part in images.split(batch):
-        x = part.permute(0, 3, 1, 2).float() / 255
-        x = torch.nn.functional.interpolate(x, (size, size), mode="bilinear", antialias=True, align_corners=False)
+        x = resized(part, size)
         x = network.extract_features(((x - mean) / std).contiguous(memory_format=torch.channels_last))
         rows.append(x.mean((2, 3)))
     return torch.cat(rows)
+
+
+def resized(images, size):
+    """Return uint8 pictures (n, H, W, 3) as float32 (n, 3, size, size) in [0, 1]."""
+    x = images.permute(0, 3, 1, 2).float() / 255
+    return torch.nn.functional.interpolate(x, (size, size), mode="bilinear", antialias=True, align_corners=False)
 
 
 def frechet(a, b):
