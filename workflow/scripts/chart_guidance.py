@@ -3,7 +3,8 @@
 from pathlib import Path
 
 from neumat.brdf.sources import read_sources
-from neumat.conditions.evaluate import Bench, guidance_sweep
+from neumat.conditions.evaluate import Bench
+from neumat.conditions.sweeps import guidance_sweep
 from neumat.conditions.synthesis import Synthesiser
 from neumat.files import atomic_path
 from neumat.reporting.request_figures import guidance_chart

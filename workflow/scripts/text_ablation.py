@@ -3,7 +3,8 @@
 import pandas as pd
 
 from neumat.brdf.sources import read_sources
-from neumat.conditions.evaluate import Bench, text_row
+from neumat.conditions.evaluate import Bench
+from neumat.conditions.sweeps import text_row
 from neumat.conditions.synthesis import Synthesiser
 from neumat.files import atomic_path
 from neumat.stage import config_file, progress, stage

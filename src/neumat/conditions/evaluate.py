@@ -21,7 +21,6 @@ from neumat.conditions.store import AZIMUTHS, RINGS, SIZE, read_conditions
 from neumat.conditions.training import PROTOCOL
 from neumat.fields.field import evaluate
 from neumat.fields.store import read_neumerl
-from neumat.fields.validity import valid
 from neumat.metrics.alignment import diversity, new_environment, rendered_distance
 from neumat.metrics.appearance import appearance
 from neumat.metrics.materials import MaterialSet, metric_entries
@@ -130,8 +129,8 @@ class Bench:
     def of_training(self, requests, n):
         """Return (fields, the requests they belong to): training materials that are what is asked for, up to n each.
 
-        Types: unblended ones of the type. Texts: those that fit all that can be measured of the prompt. Images: those
-        that look most like the target under the judge's own lighting, the best that any retrieval can do.
+        Types: unblended ones of the type. Texts: those that fit all that can be measured of the prompt. Images: the one
+        whose BRDF is nearest to the target's, the best that retrieval can do.
         """
         kept, belongs = [], []
         for i in range(len(requests)):
@@ -253,49 +252,3 @@ def compare(bench, n, guidance, candidates, seed, progress=iter):
             types, seen = (bench.by_type(requests, weights, every, unseen) for unseen in (True, False))
             types.insert(4, "top1_seen", seen["top1"])
     return pd.DataFrame(rows, columns=["modality", "method", "measure", "value", "materials"]), types, samples
-
-
-def guidance_sweep(bench, n, guidances, seed, progress=iter):
-    """Return a DataFrame with a row for each guidance scale: what `draw` gives, the invalid left out but counted.
-
-    Columns: guidance, type_right (judge has not seen it), colour_right, gloss_right, image_rmse, diversity (mean over
-    the modalities), nearest (median distance to training), invalid (share).
-    """
-    rows, model = [], bench.synthesiser.model
-    everything = bench.requests()
-    for guidance in progress(guidances):
-        found, invalid, total = {}, 0, 0
-        for requests in everything:
-            every = np.repeat(np.arange(len(requests)), n)
-            weights = model.draw(len(every), seed, requests.each(n), guidance)
-            good = valid(weights)
-            invalid, total = invalid + int((~good).sum()), total + len(good)
-            if good.any():
-                found[requests.modality] = bench.judge(requests, weights[good], every[good.numpy()])
-        rows.append(_summary(found) | {"guidance": guidance, "invalid": invalid / total})
-    return pd.DataFrame(rows)
-
-
-COLUMNS = {
-    "type_right": ("type", "type right, judge has not seen it"),
-    "colour_right": ("text", "colour right"),
-    "gloss_right": ("text", "gloss right"),
-    "image_rmse": ("image", "RMSE under new light"),
-}
-
-
-def _summary(found):
-    row = {name: found[modality][measure][0] for name, (modality, measure) in COLUMNS.items() if modality in found}
-    for name, measure in (("diversity", "diversity"), ("nearest", "nearest training")):
-        row[name] = np.mean([judged[measure][0] for judged in found.values()]) if found else np.nan
-    return row
-
-
-def text_row(bench, n, guidance, seed):
-    """Return {measure: value} of n samples for each unseen prompt, and of the nearest training materials."""
-    requests = next(requests for requests in bench.requests() if requests.modality == "text")
-    every = np.repeat(np.arange(len(requests)), n)
-    weights, _ = bench.synthesiser.model.sample(len(every), seed, requests.each(n), guidance)
-    row = {measure: value for measure, (value, _) in bench.judge(requests, weights, every).items()}
-    nearest = bench.judge(requests, bench.nearest(requests, n), every)
-    return row | {f"null: nearest, {measure}": value for measure, (value, _) in nearest.items()}

@@ -42,7 +42,7 @@ def guidance_chart(table, default, path):
     """Write chart 3, PNG and SVG: how well requests are met, how diverse the answers are and how many of the raw draws
     are no valid BRDF, against the guidance scale.
 
-    table: of `conditions.evaluate.guidance_sweep`. default: the scale in use, marked. path: of the PNG.
+    table: of `conditions.sweeps.guidance_sweep`. default: the scale in use, marked. path: of the PNG.
     """
     x = np.arange(len(table))  # evenly spaced, whatever the scales
     panels = (
