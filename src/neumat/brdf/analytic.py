@@ -53,6 +53,17 @@ class GGX:
         return _lit(value, theta_h, theta_d, phi_d)
 
 
+class Glossy:
+    """A diffuse base under one GGX lobe: Lambert(albedo) + GGX(alpha, f0)."""
+
+    def __init__(self, albedo, f0, alpha):
+        self.base, self.lobe = Lambert(albedo), GGX(alpha, f0)
+
+    def eval(self, theta_h, theta_d, phi_d):
+        """Return BRDF values (n, 3), 1/sr; 0 below the horizon."""
+        return self.base.eval(theta_h, theta_d, phi_d) + self.lobe.eval(theta_h, theta_d, phi_d)
+
+
 def sgd_parameters():
     """Return {material: {parameter: (3,) float64 tensor}} of the 100 MERL materials (Bagher et al. 2012)."""
     text = (resources.files("neumat.brdf") / "data" / "sgd.csv").read_text()
@@ -66,13 +77,21 @@ def sgd_parameters():
 
 
 class SGD:
-    """The shifted gamma distribution fitted to a MERL material, per channel (Bagher et al. 2012)."""
+    """The shifted gamma distribution of microfacets, per channel (Bagher et al. 2012).
 
-    def __init__(self, name):
+    `parameters`: {one of SGD_PARAMETERS: a number per channel}.
+    """
+
+    def __init__(self, parameters):
+        self.parameters = parameters
+
+    @classmethod
+    def named(cls, name):
+        """Return the SGD fitted to one of the 100 MERL materials; raises NeumatError for another name."""
         parameters = sgd_parameters()
         if name not in parameters:
             raise NeumatError("SGD material", "the name of one of the 100 MERL materials", repr(name))
-        self.parameters = parameters[name]
+        return cls(parameters[name])
 
     def eval(self, theta_h, theta_d, phi_d):
         """Return BRDF values (n, 3), 1/sr; 0 below the horizon."""

@@ -22,6 +22,14 @@ def size(widths=WIDTHS):
 SIZE = size()
 
 
+def widths_of(count):
+    """Return the widths (6, w, w, 3) of the field that has `count` weights; raises NeumatError where none has."""
+    for width in range(1, 257):
+        if size((WIDTHS[0], width, width, WIDTHS[-1])) == count:
+            return WIDTHS[0], width, width, WIDTHS[-1]
+    raise NeumatError("weights", f"as many as a field with two hidden layers of a width has, such as {SIZE}", count)
+
+
 def unpack(weights, widths=WIDTHS):
     """Return [(W (..., in, out), b (..., out)), ...], views into `weights` (..., size).
 

@@ -49,14 +49,14 @@ def half_difference(wi, wo):
     return sin_h, h.z, (side * x, side * y, 0.5 * extent)
 
 
-def field_value(weights, wi, wo):
-    """Return f, a Color3f, 1/sr, of a field whose 675 numbers are in the buffer `weights`."""
+def field_value(weights, wi, wo, widths=WIDTHS):
+    """Return f, a Color3f, 1/sr, of a field whose numbers are in the buffer `weights`."""
     sin_h, cos_h, d = half_difference(wi, wo)
     layer = _layer
     if not dr.is_jit_v(mi.Float):
         layer, weights = _scalar_layer, np.array(weights)
     values, at = [sin_h, 0.0, cos_h, *d], 0  # the second component of the half vector is always 0
-    for n, m in pairwise(WIDTHS):
+    for n, m in pairwise(widths):
         sums = layer(weights, at, n, m, values)
         values = [dr.maximum(value, 0.0) for value in sums]
         at += (n + 1) * m

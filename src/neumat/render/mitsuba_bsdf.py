@@ -3,10 +3,12 @@
 `nbrdf`: any material that neumat reads.
     filename: a file or folder that `neumat.export.read_material` reads, a field or a table; or a store of neumat
     material: the name of the material in the store
-    weights: instead of a file, a text of 675 numbers
+    weights: instead of a file, a text of 675 numbers, or of the numbers of a field of another width
     sampler: how directions are drawn, one of `neumat.render.lobes.SAMPLERS`; default "fitted"
     conserve: true scales a material that reflects more than it receives down to where it doesn't; default false
 `merl`: a table of MERL's format, with the properties filename, sampler and conserve.
+`glossy`, `sgd`: the analytic models of the same names in `neumat.brdf.analytic`, with the properties sampler and
+    conserve, and `parameters`, a text of numbers: albedo, f0 (three each), alpha; those of SGD_PARAMETERS, three each.
 
     import neumat.render.mitsuba_bsdf
     mi.load_dict({"type": "nbrdf", "filename": "chrome.safetensors"})
@@ -28,29 +30,38 @@ import drjit as dr
 import mitsuba as mi
 import torch
 
+from neumat.brdf.analytic import SGD, SGD_PARAMETERS, Glossy
 from neumat.brdf.merl import read_merl
 from neumat.brdf.table import Table
 from neumat.errors import NeumatError
 from neumat.export import find_material, read_material
 from neumat.fields.field import Field
-from neumat.fields.layout import SIZE
+from neumat.fields.layout import SIZE, widths_of
 from neumat.fields.physics import largest_albedo
-from neumat.render import drjit_brdf
+from neumat.render import drjit_analytic, drjit_brdf
 from neumat.render.lobes import check_sampler, fit_lobes
 
 
-def material_of(properties):
-    """Return the weights (675,) or the Table that the properties of an `nbrdf` name.
+def _numbers(properties, plugin, count=None):
+    """Return the numbers (count,), float64, of the text property of a plugin; raises NeumatError for others."""
+    key = "weights" if plugin == "nbrdf" else "parameters"
+    try:
+        numbers = torch.tensor([float(number) for number in properties[key].split()], dtype=torch.float64)
+    except ValueError as error:
+        raise NeumatError(f"{plugin}: {key}", f"{count or SIZE} numbers", error) from error
+    if (count and len(numbers) != count) or not numbers.isfinite().all():
+        raise NeumatError(f"{plugin}: {key}", f"{count or SIZE} finite numbers", f"{len(numbers)}, or NaN or infinite ones")
+    return numbers
 
-    Raises NeumatError for a bad file, another number of weights, and weights that are not finite numbers.
+
+def material_of(properties):
+    """Return the weights (n,) or the Table that the properties of an `nbrdf` name.
+
+    Raises NeumatError for a bad file, a number of weights that no field has, and weights that are not finite numbers.
     """
     if "weights" in properties:
-        try:
-            weights = torch.tensor([float(number) for number in properties["weights"].split()])
-        except ValueError as error:
-            raise NeumatError("nbrdf: weights", f"{SIZE} numbers", error) from error
-        if len(weights) != SIZE or not weights.isfinite().all():
-            raise NeumatError("nbrdf: weights", f"{SIZE} finite numbers", f"{len(weights)}, or NaN or infinite ones")
+        weights = _numbers(properties, "nbrdf").float()
+        widths_of(len(weights))
         return weights
     if "filename" not in properties:
         raise NeumatError("nbrdf", "the property filename or weights", "neither")
@@ -119,20 +130,21 @@ def _classes():
             return self.eval(ctx, si, wo, active), self.pdf(ctx, si, wo, active)
 
     class NeuralField(Material):
-        """A field of 675 weights."""
+        """A field of 675 weights, or of another width."""
 
         def __init__(self, properties, weights):
-            Material.__init__(self, properties, Field(weights))
+            self.widths = widths_of(len(weights))
+            Material.__init__(self, properties, Field(weights, self.widths))
             self.weights = drjit_brdf.buffer(weights)
 
         def value(self, wi, wo):
-            return drjit_brdf.field_value(self.weights, wi, wo)
+            return drjit_brdf.field_value(self.weights, wi, wo, self.widths)
 
         def traverse(self, callback):
             callback.put("weights", self.weights, mi.ParamFlags.Differentiable)
 
         def parameters_changed(self, keys):
-            self.adapt(Field(torch.from_numpy(dr.detach(self.weights).numpy())))
+            self.adapt(Field(torch.from_numpy(dr.detach(self.weights).numpy()), self.widths))
 
         def to_string(self):
             return "NeuralField[]"
@@ -150,6 +162,29 @@ def _classes():
         def to_string(self):
             return "Tabulated[]"
 
+    class Analytic(Material):
+        """An analytic model; `value` of its parameters in a buffer is a function of `drjit_analytic`."""
+
+        def __init__(self, properties, model, parameters, value):
+            Material.__init__(self, properties, model)
+            self.parameters, self.formula = drjit_brdf.buffer(parameters), value
+
+        def value(self, wi, wo):
+            return self.formula(self.parameters, wi, wo)
+
+        def to_string(self):
+            return "Analytic[]"
+
+    def glossy(properties):
+        numbers = _numbers(properties, "glossy", 7)
+        model = Glossy(numbers[:3], numbers[3:6], numbers[6])
+        return Analytic(properties, model, numbers, drjit_analytic.glossy_value)
+
+    def sgd(properties):
+        numbers = _numbers(properties, "sgd", 3 * len(SGD_PARAMETERS))
+        model = SGD(dict(zip(SGD_PARAMETERS, numbers.view(-1, 3), strict=True)))
+        return Analytic(properties, model, numbers, drjit_analytic.sgd_value)
+
     def nbrdf(properties):
         material = material_of(properties)
         return (Tabulated if isinstance(material, Table) else NeuralField)(properties, material)
@@ -159,7 +194,7 @@ def _classes():
             raise NeumatError("merl", "the property filename", "none")
         return Tabulated(properties, Table(read_merl(properties["filename"])))
 
-    return {"nbrdf": nbrdf, "merl": merl}
+    return {"nbrdf": nbrdf, "merl": merl, "glossy": glossy, "sgd": sgd}
 
 
 def register(*_):

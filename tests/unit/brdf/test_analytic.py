@@ -46,7 +46,7 @@ def test_smooth_ggx_reflects_schlicks_share():
 
 @settings(deadline=None, max_examples=50)
 @given(angle, angle, st.floats(0, math.pi))
-@pytest.mark.parametrize("material", [Lambert(0.5), GGX(0.2, 0.9), SGD("chrome")], ids=["lambert", "ggx", "sgd"])
+@pytest.mark.parametrize("material", [Lambert(0.5), GGX(0.2, 0.9), SGD.named("chrome")], ids=["lambert", "ggx", "sgd"])
 def test_reciprocal_finite_and_dark_below_the_horizon(material, theta_h, theta_d, phi_d):
     angles = torch.tensor([[theta_h], [theta_d], [phi_d]], dtype=torch.float64)
     value = material.eval(*angles)
@@ -64,19 +64,19 @@ def test_sgd_is_finite_and_not_negative_for_all_materials():
     assert len(names) == 100
     angles = grid_angles(above_horizon().nonzero()[::401, 0])
     for name in names:
-        value = SGD(name).eval(*angles)
+        value = SGD.named(name).eval(*angles)
         assert value.shape == (len(angles[0]), 3) and value.dtype == torch.float32
         assert value.isfinite().all() and (value >= 0).all(), name
 
 
 def test_sgd_looks_like_what_it_was_fitted_to():
     normal = torch.zeros(1)
-    chrome, rubber = (SGD(name).eval(normal, normal, normal) for name in ("chrome", "black-soft-plastic"))
+    chrome, rubber = (SGD.named(name).eval(normal, normal, normal) for name in ("chrome", "black-soft-plastic"))
     assert (chrome > 20 * rubber).all()
-    red = SGD("red-plastic").eval(torch.tensor([0.8]), torch.tensor([0.3]), normal)[0]
+    red = SGD.named("red-plastic").eval(torch.tensor([0.8]), torch.tensor([0.3]), normal)[0]
     assert red[0] > 3 * red[2]
 
 
 def test_unknown_sgd_material():
     with pytest.raises(NeumatError, match="vibranium"):
-        SGD("vibranium")
+        SGD.named("vibranium")

@@ -1,0 +1,67 @@
+"""The cheapest model of each material that keeps a picture within a tolerance of mean FLIP on every object."""
+
+from neumat.scenes.pictures import shown
+from neumat.scenes.replay import queried, replay
+from neumat.scenes.visible import flip, object_errors
+
+
+class Prediction:
+    """Predicts what models of a scene's materials would show, from a Trace of it with the true ones.
+
+    truth: {unit: material}; exposure: of the layout; enlarged: pixels of the final picture along one of the trace's.
+    """
+
+    def __init__(self, trace, objects, truth, exposure, enlarged):
+        self.trace, self.exposure, self.enlarged = trace, exposure, enlarged
+        self.values = queried(trace, truth)
+        self.coverage = {name: trace.coverage(k).numpy() for k, name in enumerate(objects)}
+        self.picture = self._picture(self.values)
+
+    def errors(self, materials):
+        """Return {object: mean FLIP} with `materials`, {unit: material}, in place of the true ones."""
+        found = self._picture(self.values | queried(self.trace, materials))
+        return object_errors(flip(self.picture, found, self.enlarged), self.coverage)
+
+    def _picture(self, values):
+        return shown(self.trace.picture(replay(self.trace, values)), self.exposure)
+
+
+def alone(prediction, ladder):
+    """Return {unit: [error of its object with each model of the ladder {unit: [Model]}, all else true]}."""
+    return {
+        unit: [prediction.errors({unit: model.material})[unit[0]] for model in models]
+        for unit, models in ladder.items()
+    }
+
+
+def choose(prediction, ladder, errors, tolerance):
+    """Return ({unit: position in its ladder}, {object: predicted error}).
+
+    ladder: {unit: [Model]}, the cheapest first, the true one last; errors: of `alone`. Each material gets the cheapest
+    model that stays within the tolerance alone; then, while an object of the whole exceeds it, what shows most on it is
+    mended first.
+    """
+    chosen = {
+        unit: next(k for k, error in enumerate(found) if error <= tolerance or k == len(found) - 1)
+        for unit, found in errors.items()
+    }
+    while True:
+        predicted = prediction.errors({unit: ladder[unit][k].material for unit, k in chosen.items()})
+        worst = max(predicted, key=predicted.get)
+        if predicted[worst] <= tolerance or not upgrade(chosen, errors, worst):
+            return chosen, predicted
+
+
+def upgrade(chosen, errors, name):
+    """Move to a better model what shows most on the object `name`; return whether anything was left to move.
+
+    Its own materials first, then those that it reflects.
+    """
+    own = [unit for unit in chosen if unit[0] == name and chosen[unit] < len(errors[unit]) - 1]
+    left = own or [unit for unit in chosen if chosen[unit] < len(errors[unit]) - 1]
+    if not left:
+        return False
+    unit = max(left, key=lambda unit: errors[unit][chosen[unit]])
+    better = [k for k in range(chosen[unit] + 1, len(errors[unit])) if errors[unit][k] < errors[unit][chosen[unit]]]
+    chosen[unit] = better[0] if better else len(errors[unit]) - 1
+    return True

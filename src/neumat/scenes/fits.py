@@ -1,0 +1,228 @@
+"""Fits the ladder's models to materials under any distribution of queries.
+
+Queries are drawn in proportion to their weight (see `neumat.scenes.replay.importance`) times f + floor, so that the mean
+of |f' - f| / (f + floor) is the error that f' leaves in the picture. Fields minimise that. An analytic model that can't
+follow a highlight would do so best without any: it minimises the mean of |log((f' + floor) / (f + floor))|, and the same
+of the sums over all queries, as a pixel sees the whole of a highlight at once.
+"""
+
+import math
+import time
+from dataclasses import dataclass
+
+import torch
+
+from neumat.brdf.analytic import SGD_PARAMETERS
+from neumat.brdf.coordinates import cosines, half_difference
+from neumat.fields.layout import unpack
+from neumat.fields.soap import Soap
+from neumat.scenes.models import WIDTHS, Model
+from neumat.seeds import torch_generator
+
+POOL = 1 << 16  # queries drawn from a distribution, that training goes through
+ANYWHERE = 0.1  # share of them that is spread over all angles: what a fit does to light that no path found
+MOST = 1e-3  # share of all queries that a single one may stand for: paths are few, and some weigh too much
+BATCH = 512
+PROBES = 1 << 10  # queries by which units are pruned
+ANALYTIC_STEPS, ANALYTIC_RATE = 400, 0.05
+FIELD_RATES = (0.004, 0.01)  # mirrors need the higher one, most others the lower one; the better fit is kept
+ALPHAS = (0.004, 0.02, 0.1, 0.4)  # roughness that analytic fits start from; the best fit is kept
+
+
+@dataclass(frozen=True)
+class Pools:
+    """Queries of u materials: angles, three of (u, POOL), radians; values (u, POOL, 3), 1/sr; floor (u, 1, 1): the mean
+    value, below which errors count as absolute ones."""
+
+    angles: list
+    values: torch.Tensor
+    floor: torch.Tensor
+
+    def batch(self, generator):
+        """Return the positions (BATCH,) of a random batch."""
+        return torch.randint(POOL, (BATCH,), generator=generator)
+
+
+def pools(queries, materials, seed):
+    """Return the Pools of {unit: (angles, values (q, 3), weight (q, 3))}, drawn by how much each matters.
+
+    materials: {unit: material}, for what is added of all angles.
+    """
+    drawn = [_pool(*queries[unit], materials[unit], torch_generator(seed, f"pool {unit}")) for unit in queries]
+    angles, values, floor = zip(*drawn, strict=True)
+    return Pools([torch.stack(axis) for axis in zip(*angles, strict=True)], torch.stack(values), torch.stack(floor))
+
+
+def even_queries(material, seed):
+    """Return the queries (angles, values, weight) of a material under uniform angles, each weighing cos(theta_i)."""
+    angles = _anywhere(4 * POOL, torch_generator(seed, "even queries"))
+    values = material.eval(*angles)
+    return angles, values, cosines(*angles)[0][:, None].expand_as(values)
+
+
+def _pool(angles, values, weight, material, generator):
+    floor = (weight * values).sum() / weight.sum().clamp_min(1e-30)
+    floor = floor.clamp_min(1e-6)
+    anywhere = round(ANYWHERE * POOL)
+    chances = (weight * (values + floor)).sum(1).double()
+    chances = chances.clamp_max(float(chances.sum()) * MOST).cumsum(0)
+    at = torch.rand(POOL - anywhere, generator=generator, dtype=torch.float64) * chances[-1]
+    index = torch.searchsorted(chances, at).clamp_max(len(values) - 1)
+    others = _anywhere(anywhere, generator)
+    joined = [torch.cat([axis[index], other]) for axis, other in zip(angles, others, strict=True)]
+    return joined, torch.cat([values[index], material.eval(*others)]), floor.view(1, 1)
+
+
+def _anywhere(count, generator):
+    """Return uniform angles above the horizon, three of (count,)."""
+    span = torch.tensor([math.pi / 2, math.pi / 2, math.pi])
+    angles = torch.rand(8 * count, 3, generator=generator) * span
+    cos_i, cos_o = cosines(*angles.T)
+    return list(angles[(cos_i > 0.01) & (cos_o > 0.01)][:count].T)
+
+
+def query_error(found, target, floor):
+    """Return the error (...), as a share of what is seen, of values (..., n, 3) at n queries drawn by their weight."""
+    return ((found - target).abs() / (target + floor)).mean((-2, -1))
+
+
+def _analytic_loss(found, target, floor):
+    """Return the loss (...) of values (..., n, 3) at n queries."""
+    share = (found + floor) / (target + floor)
+    return share.log().abs().mean((-2, -1)) + share.mean((-2, -1)).log().abs()
+
+
+def fit_analytic(rung, pools, seed):
+    """Return a Model of an analytic rung for each of the pools' materials."""
+    start = time.process_time()
+    count, starts = len(pools.values), len(ALPHAS)
+    raw = _start(rung, pools).requires_grad_()
+    numbers = {"lambert": _lambert, "glossy": _glossy, "sgd": _sgd}[rung]
+    value = torch.func.vmap(torch.func.vmap(lambda x, *angles: Model(rung, numbers(x)).material.eval(*angles),
+                            in_dims=(0, None, None, None)))
+    optimiser = torch.optim.Adam([raw], lr=ANALYTIC_RATE)
+    schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, ANALYTIC_STEPS)
+    generator = torch_generator(seed, "batches")
+
+    def losses(at):
+        target = pools.values[:, None, at]
+        found = value(raw, *(axis[:, at] for axis in pools.angles))
+        return _analytic_loss(found, target, pools.floor[:, None])
+
+    for _ in range(ANALYTIC_STEPS):
+        optimiser.zero_grad()
+        losses(pools.batch(generator)).sum().backward()
+        optimiser.step()
+        schedule.step()
+    with torch.no_grad():
+        best = losses(torch.arange(0, POOL, 8)).nan_to_num(torch.inf).argmin(1)
+    seconds = (time.process_time() - start) / count
+    return [Model(rung, numbers(raw[k, best[k]]).detach().float(), seconds) for k in range(count)]
+
+
+def _start(rung, pools):
+    """Return where analytic fits start, (materials, starts, n), before `_lambert`, `_glossy` or `_sgd`."""
+    middle = pools.values.median(1).values.clamp(1e-4, 0.3) * math.pi  # (u, 3): the base's albedo
+    base = torch.logit(middle.clamp(1e-3, 0.95))[:, None].expand(-1, len(ALPHAS), -1)
+    alpha = torch.tensor(ALPHAS).log()[None, :, None].expand(len(base), -1, 1)
+    if rung == "lambert":
+        return base.clone()
+    if rung == "glossy":
+        return torch.cat([base, torch.full_like(base, -1.0), alpha], 2)
+    shape = torch.zeros(*base.shape[:2], 3 * len(SGD_PARAMETERS)).unflatten(2, (-1, 3))
+    shape[:, :, 0], shape[:, :, 1], shape[:, :, 2] = base, -2.0, 2 * alpha
+    shape[:, :, 4], shape[:, :, 7:9], shape[:, :, 10] = -3.0, -2.0, 1.0
+    return shape.flatten(2)
+
+
+def _lambert(x):
+    return torch.sigmoid(x)
+
+
+def _glossy(x):
+    return torch.cat([torch.sigmoid(x[..., :6]), torch.exp(x[..., 6:]).clamp(1e-3, 1)], -1)
+
+
+def _sgd(x):
+    soft = torch.nn.functional.softplus
+    rho_d, rho_s, alpha, p, f0, f1, kappa, lambda_, c, k, theta0 = x.unflatten(-1, (-1, 3)).unbind(-2)
+    numbers = torch.sigmoid(rho_d), torch.exp(rho_s), torch.exp(alpha).clamp(1e-6, 4), p + 1, torch.sigmoid(f0), f1
+    numbers = *numbers, torch.ones_like(kappa), soft(lambda_), soft(c), 1 + soft(k), theta0
+    return torch.stack(numbers, -2).flatten(-2)
+
+
+def fit_fields(rung, pools, fields, steps, seed):
+    """Return a Model of a field rung for each of the pools' materials, by SOAP from their pruned `fields` (u, 675)."""
+    start = time.process_time()
+    first = pruned(fields, pools, WIDTHS[rung])
+    found = [_descend([layer.clone() for layer in first], pools, rate, steps, seed) for rate in FIELD_RATES]
+    at = torch.arange(0, POOL, 8)
+    inputs = half_difference(*(axis[:, at] for axis in pools.angles))
+    errors = torch.stack([query_error(_values(inputs, layers), pools.values[:, at], pools.floor) for layers in found])
+    best = errors.nan_to_num(torch.inf).argmin(0)
+    flat = torch.stack([torch.cat([layer.flatten(1) for layer in layers], 1) for layers in found])
+    seconds = (time.process_time() - start) / len(fields)
+    return [Model(rung, flat[k, i], seconds) for i, k in enumerate(best)]
+
+
+def _descend(layers, pools, rate, steps, seed):
+    """Return trained layers (u, in + 1, out), from `layers`, which change."""
+    layers = [layer.requires_grad_() for layer in layers]
+    optimisers = [Soap(layer) for layer in layers]
+    inputs = half_difference(*pools.angles)
+    generator = torch_generator(seed, "batches")
+    for step in range(steps):
+        at = pools.batch(generator)
+        # Values are not clamped at 0, where a channel would be stuck.
+        error = query_error(_values(inputs[:, at], layers), pools.values[:, at], pools.floor).sum()
+        now = rate * 0.5 * (1 + math.cos(math.pi * step / steps))
+        for optimiser, gradient in zip(optimisers, torch.autograd.grad(error, layers), strict=True):
+            optimiser.step(gradient, now)
+    return [layer.detach() for layer in layers]
+
+
+@torch.no_grad()
+def pruned(fields, pools, width):
+    """Return the layers [(u, in + 1, out), ...], the bias as the last row, of fields (u, 675) with `width` units left in
+    each hidden layer.
+
+    The unit goes whose loss costs least, one after the other; its mean value stays, in the biases that follow.
+    """
+    at = torch.arange(0, POOL, POOL // PROBES)
+    inputs = half_difference(*(axis[:, at] for axis in pools.angles))
+    target = pools.values[:, at]
+    layers = [torch.cat([kernel, bias[:, None]], 1) for kernel, bias in unpack(fields)]
+    while layers[0].shape[2] > width:
+        for k in (0, 1):
+            units = range(layers[k].shape[2])
+            less = [_without(layers, inputs, k, torch.full((len(fields),), j)) for j in units]
+            costs = [query_error(_values(inputs, shorter), target, pools.floor) for shorter in less]
+            layers = _without(layers, inputs, k, torch.stack(costs).argmin(0))
+    return layers
+
+
+def _without(layers, inputs, k, units):
+    """Return layers without a unit, one of each material's, of hidden layer k."""
+    x = inputs
+    for layer in layers[: k + 1]:
+        x = torch.relu(_ahead(x, layer))
+    here, after = layers[k], layers[k + 1]
+    kept = torch.stack([torch.arange(here.shape[2] - 1) + (torch.arange(here.shape[2] - 1) >= j) for j in units])
+    kept = kept.to(torch.long)
+    rows = torch.arange(len(units))
+    shorter = after.gather(1, torch.cat([kept, torch.full_like(kept[:, :1], after.shape[1] - 1)], 1)[..., None].expand(-1, -1, after.shape[2]))
+    shorter[:, -1] += x.mean(1)[rows, units][:, None] * after[rows, units]
+    narrower = here.gather(2, kept[:, None].expand(-1, here.shape[1], -1))
+    return [*layers[:k], narrower, shorter, *layers[k + 2 :]]
+
+
+def _ahead(x, layer):
+    return x @ layer[:, :-1] + layer[:, -1:]
+
+
+def _values(inputs, layers):
+    """Return f (u, m, 3), 1/sr, at inputs (u, m, 6)."""
+    *hidden, last = layers
+    for layer in hidden:
+        inputs = torch.relu(_ahead(inputs, layer))
+    return torch.expm1(_ahead(inputs, last).clamp_max(12))

@@ -1,0 +1,51 @@
+"""The materials that a layout names."""
+
+import re
+
+import h5py
+import torch
+
+from neumat.augment.manifest import read_manifest
+from neumat.augment.permutations import PERMUTATIONS
+from neumat.errors import NeumatError
+from neumat.fields.field import evaluate
+from neumat.fields.store import read_neumerl
+
+HIGHLIGHT = 0.5  # theta_d, radians, at which the height of a highlight is taken
+
+
+class Materials:
+    """Finds a material by its name in the manifest ("chrome"), by number among the samples ("sample-3"), or by its rank
+    among the sources or the samples, 0 for the lowest highlight and 1 for the highest ("sources@0.8")."""
+
+    def __init__(self, neumerl_path, manifest_path, samples_path):
+        fitted = read_neumerl(neumerl_path)
+        rows = read_manifest(manifest_path)[:: len(PERMUTATIONS)]
+        rows = rows[rows["parent_a"] == rows["parent_b"]]
+        with h5py.File(samples_path) as file:
+            samples = torch.from_numpy(file["samples"][:])
+        self.named = dict(zip(fitted.names, fitted.weights, strict=True))
+        self.named |= {f"sample-{k}": weights for k, weights in enumerate(samples)}
+        self.ranked = {
+            "sources": _by_highlight(list(rows["name"]), self.named),
+            "samples": _by_highlight([f"sample-{k}" for k in range(len(samples))], self.named),
+        }
+
+    def find(self, name):
+        """Return (the name in the manifest or "sample-<number>", weights (675,)); raises NeumatError for no such one."""
+        ranked = re.fullmatch(r"(sources|samples)@([01](?:\.\d+)?)", name)
+        if ranked and float(ranked[2]) <= 1:
+            order = self.ranked[ranked[1]]
+            name = order[round(float(ranked[2]) * (len(order) - 1))]
+        if name not in self.named:
+            raise NeumatError(
+                "material", "a name of the manifest, sample-<number>, sources@<0..1> or samples@<0..1>", repr(name)
+            )
+        return name, self.named[name]
+
+
+def _by_highlight(names, named):
+    """Return the names in order of the height of the highlight."""
+    weights = torch.stack([named[name] for name in names])
+    peak = evaluate(weights, torch.zeros(1), torch.full((1,), HIGHLIGHT), torch.zeros(1)).mean((1, 2))
+    return [names[k] for k in peak.argsort()]

@@ -1,0 +1,71 @@
+"""The ladder: models of one material, from the cheapest to the dearest.
+
+| rung | numbers | what it is |
+|---|---|---|
+| lambert | 3 | a diffuse material |
+| glossy | 7 | a diffuse base under one GGX lobe |
+| sgd | 33 | the shifted gamma distribution of microfacets, per channel (Bagher et al. 2012) |
+| field-4, -8, -12, -21 | 63, 155, 279, 675 | neural fields of that width (Sztrajman et al. 2021) |
+| table | 4374000 | the values on the MERL grid |
+"""
+
+import time
+from dataclasses import dataclass
+
+import torch
+
+from neumat.brdf.analytic import SGD, SGD_PARAMETERS, Glossy, Lambert
+from neumat.brdf.coordinates import ENTRIES, above_horizon, grid_angles
+from neumat.brdf.merl import write_merl
+from neumat.brdf.table import Table
+from neumat.fields.field import Field
+from neumat.fields.layout import widths_of
+
+WIDTHS = {"field-4": 4, "field-8": 8, "field-12": 12, "field-21": 21}
+RUNGS = ("lambert", "glossy", "sgd", *WIDTHS, "table")
+
+
+@dataclass(frozen=True)
+class Model:
+    """A rung's model of a material: its numbers (n,), float32, and the seconds of CPU time that its fit took."""
+
+    rung: str
+    numbers: torch.Tensor
+    seconds: float = 0.0
+
+    @property
+    def bytes(self):
+        """Return what the numbers take, 4 bytes each."""
+        return 4 * self.numbers.numel()
+
+    @property
+    def material(self):
+        """Return the material, with eval(theta_h, theta_d, phi_d) -> (n, 3), 1/sr."""
+        x = self.numbers
+        if self.rung == "lambert":
+            return Lambert(x)
+        if self.rung == "glossy":
+            return Glossy(x[:3], x[3:6], x[6])
+        if self.rung == "sgd":
+            return SGD(dict(zip(SGD_PARAMETERS, x.double().view(-1, 3), strict=True)))
+        return Table(x.view(-1, 3)) if self.rung == "table" else Field(x, widths_of(len(x)))
+
+    def plugin(self, folder):
+        """Return the Mitsuba dictionary of the model; a table is written into `folder`, a Path, first."""
+        if self.rung == "lambert":
+            return {"type": "diffuse", "reflectance": {"type": "rgb", "value": self.numbers.tolist()}}
+        if self.rung == "table":
+            path = folder / f"{id(self)}.binary"
+            write_merl(path, self.numbers.view(-1, 3).numpy())
+            return {"type": "merl", "filename": str(path)}
+        plugin, key = (self.rung, "parameters") if self.rung in ("glossy", "sgd") else ("nbrdf", "weights")
+        return {"type": plugin, key: " ".join(repr(float(number)) for number in self.numbers)}
+
+
+def tabulated(material):
+    """Return the Model that holds a material's values on the MERL grid; entries below the horizon are invalid."""
+    start = time.process_time()
+    valid = above_horizon()
+    values = torch.full((ENTRIES, 3), torch.nan)
+    values[valid] = material.eval(*grid_angles(valid.nonzero()[:, 0]))
+    return Model("table", values.flatten(), time.process_time() - start)

@@ -1,0 +1,27 @@
+"""Pictures of composed scenes: rendered in passes, so that a long one shows how far it is."""
+
+import math
+
+import numpy as np
+import torch
+
+from neumat.render.mitsuba_scene import mitsuba
+from neumat.render.scene import to_srgb8
+
+PASS = 16  # samples a pixel of one pass
+
+
+def render(composition, samples, seed=0, progress=iter):
+    """Return the linear picture (height, width, 3), float32, with at least `samples` samples a pixel."""
+    mi = mitsuba()
+    passes = math.ceil(samples / PASS)
+    spp = math.ceil(samples / passes)
+    total = 0
+    for k in progress(range(passes)):
+        total = total + np.array(mi.render(composition.scene, spp=spp, seed=seed * 65536 + k))
+    return (total / passes).astype(np.float32)
+
+
+def shown(linear, exposure):
+    """Return a linear picture as 8-bit sRGB, uint8."""
+    return to_srgb8(torch.from_numpy(np.array(linear, np.float32)), exposure).numpy()
