@@ -13,7 +13,8 @@
 
 They are registered for the RGB variant that is set (the best one if none is) and for each that is set later.
 `weights`, a parameter of `mi.traverse`, is differentiable in the AD variants, and an update of it compiles nothing
-anew. The normal side reflects only: use `twosided` for the other. Blend materials with Mitsuba's own `blendbsdf`.
+anew; one with NaN raises NeumatError. Directions are unit vectors. The normal side reflects only: use `twosided` for
+the other. Blend materials with Mitsuba's own `blendbsdf`.
 """
 
 import re
@@ -38,25 +39,37 @@ from neumat.fields.physics import largest_albedo
 from neumat.render import drjit_brdf
 from neumat.render.lobes import check_sampler, fit_lobes
 
+LARGEST_WEIGHT = 1e9  # with larger ones the sums of the layers could be infinite, and infinity less infinity is NaN
+
 
 def material_of(properties):
     """Return the weights (675,) or the Table that the properties of an `nbrdf` name.
 
-    Raises NeumatError for a bad file, another number of weights, and weights that are not finite numbers.
+    Raises NeumatError for a bad file, and for another number of weights.
     """
     if "weights" in properties:
         try:
             weights = torch.tensor([float(number) for number in properties["weights"].split()])
         except ValueError as error:
             raise NeumatError("nbrdf: weights", f"{SIZE} numbers", error) from error
-        if len(weights) != SIZE or not weights.isfinite().all():
-            raise NeumatError("nbrdf: weights", f"{SIZE} finite numbers", f"{len(weights)}, or NaN or infinite ones")
+        if len(weights) != SIZE:
+            raise NeumatError("nbrdf: weights", f"{SIZE} numbers", len(weights))
         return weights
     if "filename" not in properties:
         raise NeumatError("nbrdf", "the property filename or weights", "neither")
     if "material" in properties:
         return find_material(properties["filename"], properties["material"])
     return read_material(properties["filename"])
+
+
+def checked_field(weights):
+    """Return the Field of weights (675,).
+
+    Raises NeumatError where one is NaN or beyond LARGEST_WEIGHT: every pixel could be NaN.
+    """
+    if not (weights.abs() <= LARGEST_WEIGHT).all():
+        raise NeumatError("nbrdf: weights", f"{SIZE} finite numbers, at most {LARGEST_WEIGHT:g}", "others")
+    return Field(weights)
 
 
 def load_dict(scene):
@@ -92,7 +105,13 @@ def _classes():
             scale = 1 / max(1.0, largest_albedo(material)) if self.conserve else 1.0
             self.scale = dr.opaque(mi.Float, scale) if dr.is_jit_v(mi.Float) else scale
 
+        # Scalar variants run both branches of a select, and numbers raise where arrays have NaN: what is not active
+        # ends early there.
+
         def sample(self, ctx, si, sample1, sample2, active=True):
+            active = active & (si.wi.z > 0)
+            if active is False:
+                return mi.BSDFSample3f(), mi.Color3f(0.0)
             if self.sampler == "uniform":
                 wo = mi.warp.square_to_uniform_hemisphere(sample2)
             else:
@@ -106,14 +125,19 @@ def _classes():
 
         def eval(self, ctx, si, wo, active=True):
             active = active & (si.wi.z > 0) & (wo.z > 0)
+            if active is False:
+                return mi.Color3f(0.0)
             return dr.select(active, self.value(si.wi, wo) * (self.scale * wo.z), 0.0)
 
         def pdf(self, ctx, si, wo, active=True):
+            active = active & (si.wi.z > 0) & (wo.z > 0)
+            if active is False:
+                return 0.0
             if self.sampler == "uniform":
                 density = mi.warp.square_to_uniform_hemisphere_pdf(wo)
             else:
                 density = drjit_brdf.lobes_density(self.lobes, si.wi, wo)
-            return dr.select(active & (si.wi.z > 0) & (wo.z > 0), density, 0.0)
+            return dr.select(active, density, 0.0)
 
         def eval_pdf(self, ctx, si, wo, active=True):
             return self.eval(ctx, si, wo, active), self.pdf(ctx, si, wo, active)
@@ -122,7 +146,7 @@ def _classes():
         """A field of 675 weights."""
 
         def __init__(self, properties, weights):
-            Material.__init__(self, properties, Field(weights))
+            Material.__init__(self, properties, checked_field(weights))
             self.weights = drjit_brdf.buffer(weights)
 
         def value(self, wi, wo):
@@ -132,7 +156,7 @@ def _classes():
             callback.put("weights", self.weights, mi.ParamFlags.Differentiable)
 
         def parameters_changed(self, keys):
-            self.adapt(Field(torch.from_numpy(dr.detach(self.weights).numpy())))
+            self.adapt(checked_field(torch.from_numpy(dr.detach(self.weights).numpy())))
 
         def to_string(self):
             return "NeuralField[]"
