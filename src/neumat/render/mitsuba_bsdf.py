@@ -68,7 +68,7 @@ def checked_field(weights):
     Raises NeumatError where one is NaN or beyond LARGEST_WEIGHT: every pixel could be NaN.
     """
     if not (weights.abs() <= LARGEST_WEIGHT).all():
-        raise NeumatError("nbrdf: weights", f"{SIZE} finite numbers, at most {LARGEST_WEIGHT:g}", "others")
+        raise NeumatError("nbrdf: weights", f"{SIZE} finite numbers, at most {LARGEST_WEIGHT:g}", "larger or NaN")
     return Field(weights)
 
 
