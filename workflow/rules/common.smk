@@ -60,6 +60,7 @@ TARGETS = {
             category=config["constrained"]["categories"],
         ),
         "results/tables/stability_conditional.csv",
+        "results/tables/stability_render.csv",
     ],
     "charts": [
         "results/charts/fit.csv",

@@ -23,3 +23,28 @@ rule stability_conditional:
         seed=config["seed"],
     script:
         "../scripts/stability_conditional.py"
+
+
+rule stability_render:
+    input:
+        neumerl=NEUMERL,
+        manifest=MANIFEST,
+        augmerl=STORE,
+        sources=SOURCES_STORE,
+    output:
+        report(
+            "results/tables/stability_render.csv",
+            caption="../report/stability_render.rst",
+            category="Stability",
+        ),
+    log:
+        "results/logs/stability_render.log",
+    benchmark:
+        "results/benchmarks/stability_render.tsv"
+    conda:
+        "../envs/neumat.yaml"
+    params:
+        code=code("stability_render"),
+        seed=config["seed"],
+    script:
+        "../scripts/stability_render.py"

@@ -5,69 +5,28 @@ Every stress says what must happen; what does happen stands beside it, measured 
 
 import copy
 import tempfile
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
-from textwrap import shorten
 
 import numpy as np
-import pandas as pd
 import torch
 
 from neumat.conditions.odd_images import BLUE, BROKEN, RED, UNUSUAL, ball
 from neumat.conditions.photos import read_photo
-from neumat.conditions.stress_bench import (
-    ANEW,
-    CANDIDATES,
-    NONE,
-    REFUSED,
-    UNNEEDED,
-    WARNED,
-    Answer,
-    N,
-    attempt,
-)
+from neumat.conditions.stress_bench import CANDIDATES, N
 from neumat.generative.samplers import EVALUATIONS
 from neumat.generative.training import device
+from neumat.stress import ANEW, REFUSED, UNNEEDED, WARNED, Answer, Stress, refused, stress_table
 
-COLUMNS = ["stress", "expected", "found", "guard", "ok"]
 SAMPLED = (UNNEEDED, ANEW)
 CLOSE = 4  # mean difference of 8-bit values, below which two files show the same picture
 ROUNDING = 0.01  # of bfloat16: mean |log(1 + f) - log(1 + f')|, far below what samples differ by
-LONGEST = 700  # letters of what was found
 SAMPLES = "valid samples"
 
 
-@dataclass(frozen=True)
-class Stress:
-    """name; expected, in words; guards: those of which one must catch it; run() -> Answer, or a NeumatError; part: what
-    the message of a refusal or warning must say."""
-
-    name: str
-    expected: str
-    guards: tuple
-    run: Callable
-    part: str = ""
-
-
 def stability_table(bench, progress=iter):
-    """Return a DataFrame with a row for each stress of a StressBench.
-
-    stress; expected and found, in words; guard, what caught it: "refused" or "warned" in one line, "drawn anew" what
-    was no valid BRDF, "none needed", or "none", where there was need; ok, whether what was expected happened.
-    """
+    """Return the `stress_table` of a StressBench; guards may also be "drawn anew", what was no valid BRDF."""
     with tempfile.TemporaryDirectory() as folder:
-        rows = [stressed(stress, folder) for stress in progress([*stresses(bench, Path(folder))])]
-    return pd.DataFrame(rows, columns=COLUMNS)
-
-
-def stressed(stress, folder):
-    """Return the row of a Stress, without the path of the folder that images are in."""
-    found, right, guard = attempt(stress.run)
-    ok = right and guard in stress.guards and stress.part in found
-    if guard in SAMPLED and not ok:
-        guard = NONE
-    return stress.name, stress.expected, shorten(found.replace(f"{folder}/", ""), LONGEST), guard, ok
+        return stress_table(stresses(bench, Path(folder)), folder, progress)
 
 
 def stresses(bench, folder):
@@ -79,10 +38,6 @@ def stresses(bench, folder):
     yield from _numbers(bench)
 
 
-def _refused(name, part, run):
-    return Stress(name, f"one line: {part}", (REFUSED,), run, part)
-
-
 def _settings(bench):
     model = bench.synthesiser.model
     yield Stress("guidance -1", f"exactly the unconditional model; {SAMPLES}", SAMPLED, lambda: _unconditional(bench))
@@ -90,7 +45,7 @@ def _settings(bench):
         yield Stress(f"guidance {guidance:g}", f"{SAMPLES} or one line", (*SAMPLED, REFUSED),
                      lambda guidance=guidance: bench.setting(guidance))  # fmt: skip
     for guidance in (-1.5, float("nan"), float("inf")):
-        yield _refused(f"guidance {guidance}", "a finite number of at least -1",
+        yield refused(f"guidance {guidance}", "a finite number of at least -1",
                        lambda guidance=guidance: bench.setting(guidance))  # fmt: skip
     for steps in (1, 2, 3, 4, 5):
         few = altered(model, nfe=steps * EVALUATIONS[model.base.sampler])
@@ -130,7 +85,7 @@ def _texts(bench):
         ("a number", 5, "words"),
         ("not Unicode", "caf\udce9", "Unicode"),
     ):
-        yield _refused(f"text: {name}", part, lambda text=text: bench.ask(text=text))
+        yield refused(f"text: {name}", part, lambda text=text: bench.ask(text=text))
     for name, text, part in (
         ("10,000 words", "a bright red plastic " * 2500, "first 128 words"),
         ("German", "rotes Plastik", "unlike any description"),
@@ -159,16 +114,16 @@ def _images(bench, folder):
         yield Stress(f"image: {name}", f"read as the plain picture; {SAMPLES}", SAMPLED,
                      lambda path=folder / file, write=write, mode=mode: unusual(path, write, mode))  # fmt: skip
     for name, (file, write, part) in BROKEN.items():
-        yield _refused(f"image: {name}", part, lambda path=folder / file, write=write: broken(path, write))
-    yield _refused("image: floats in memory", "uint8", lambda: bench.ask(image=torch.rand(64, 64, 3)))
+        yield refused(f"image: {name}", part, lambda path=folder / file, write=write: broken(path, write))
+    yield refused("image: floats in memory", "uint8", lambda: bench.ask(image=torch.rand(64, 64, 3)))
 
 
 def _conditions(bench):
     red, blue = (torch.from_numpy(np.array(ball(colour))) for colour in (RED, BLUE))
     noise = torch.from_numpy(np.random.default_rng(0).integers(0, 256, (64, 64, 3), np.uint8))
     every = {"type": "plastic", "category": "plastic", "text": "red plastic", "image": red}
-    yield _refused("unknown type", "one of", lambda: bench.ask(type="wombat"))
-    yield _refused("unknown category", "one of", lambda: bench.ask(category="wombat"))
+    yield refused("unknown type", "one of", lambda: bench.ask(type="wombat"))
+    yield refused("unknown category", "one of", lambda: bench.ask(category="wombat"))
     for name, words, request in (
         ("nothing asked for", (), {}),
         ("image of noise", (), {"image": noise}),
@@ -189,9 +144,9 @@ def _numbers(bench):
         return bench.answer(*bench.synthesiser.synthesise(n, bench.seed, bench.guidance, CANDIDATES, text="red"))
 
     for factor in (float("nan"), float("inf")):
-        yield _refused(f"request row times {factor}", "finite numbers", lambda factor=factor: scaled(factor))
+        yield refused(f"request row times {factor}", "finite numbers", lambda factor=factor: scaled(factor))
     yield Stress("request row times 1e6", f"{SAMPLES} or one line", (*SAMPLED, REFUSED), lambda: scaled(1e6))
     for n in (0, -1):
-        yield _refused(f"{n} samples", "at least 1 sample", lambda n=n: counted(n))
+        yield refused(f"{n} samples", "at least 1 sample", lambda n=n: counted(n))
     for name, seed in (("0", 0), ("-1", -1), ("2 ** 70", 2**70)):
         yield Stress(f"seed {name}", f"{SAMPLES}, twice the same", SAMPLED, lambda seed=seed: bench.repeated(seed))

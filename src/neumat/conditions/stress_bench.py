@@ -1,13 +1,8 @@
 """What synthesis on demand is stressed on, and what is measured of its answers."""
 
-import contextlib
-import logging
-from typing import NamedTuple
-
 import torch
 
 from neumat.brdf.coordinates import grid_angles
-from neumat.errors import NeumatError
 from neumat.fields.field import evaluate
 from neumat.fields.validity import valid
 from neumat.metrics.alignment import diversity
@@ -15,19 +10,11 @@ from neumat.metrics.appearance import appearance
 from neumat.metrics.materials import MaterialSet
 from neumat.metrics.novelty import nearest_training
 from neumat.metrics.words import COLOURS, colour_right, gloss_right
+from neumat.stress import ANEW, UNNEEDED, Answer, attempt
 
 N, RAW = 16, 64  # samples of a request; raw draws at a setting
 CANDIDATES = 1  # of which a sample is the best: with more, those that were no valid BRDF could not be told
 DISTANCE = "brdf_l1_log"
-REFUSED, WARNED, ANEW, UNNEEDED, NONE = "refused", "warned", "drawn anew", "none needed", "none"
-
-
-class Answer(NamedTuple):
-    """found: what happened, in words; right: whether that may be trusted; guard: what caught it."""
-
-    found: str
-    right: bool
-    guard: str
 
 
 class StressBench:
@@ -90,31 +77,3 @@ class StressBench:
 
     def _materials(self, weights):
         return MaterialSet(self.entries, evaluate(weights, *grid_angles(self.entries)))
-
-
-def attempt(run):
-    """Return the Answer of run(); a NeumatError as one "refused", right where its message is one line; any other
-    exception, which no guard caught, as one that is not right."""
-    with _heard() as said:
-        try:
-            answer = run()
-            if said:
-                answer = Answer("; ".join([*said, answer.found]), answer.right, WARNED)
-        except NeumatError as error:
-            answer = Answer(str(error), "\n" not in str(error), REFUSED)
-        except Exception as error:
-            answer = Answer(f"{type(error).__name__}: {error}", False, NONE)
-    return answer
-
-
-@contextlib.contextmanager
-def _heard():
-    """Yield the list of what neumat warns of meanwhile."""
-    said, handler = [], logging.Handler(logging.WARNING)
-    handler.addFilter(lambda record: record.name == "root")
-    handler.emit = lambda record: said.append(record.getMessage())
-    logging.getLogger().addHandler(handler)
-    try:
-        yield said
-    finally:
-        logging.getLogger().removeHandler(handler)

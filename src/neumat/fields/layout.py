@@ -27,7 +27,7 @@ def widths_of(count):
     for width in range(1, 257):
         if size((WIDTHS[0], width, width, WIDTHS[-1])) == count:
             return WIDTHS[0], width, width, WIDTHS[-1]
-    raise NeumatError("weights", f"as many as a field with two hidden layers of a width has, such as {SIZE}", count)
+    raise NeumatError("weights", f"{SIZE} numbers, or as many as a field of another width has", count)
 
 
 def unpack(weights, widths=WIDTHS):

@@ -13,7 +13,7 @@ from neumat.fields.validity import directional_albedos
 from neumat.seeds import torch_generator
 
 EVEN = 8  # angles of the light, at equal steps of sin^2: the mean of their albedos is the hemispherical albedo
-GRAZING = (80, 85)  # degrees
+GRAZING = (80, 85, 89.9)  # degrees; some fields create energy beyond 85 only
 ANGLES = (
     *(math.asin(math.sqrt((i + 0.5) / EVEN)) for i in range(EVEN)),
     *(math.radians(angle) for angle in GRAZING),

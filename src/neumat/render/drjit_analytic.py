@@ -29,9 +29,7 @@ def glossy_value(parameters, wi, wo):
     cos_i, cos_o = dr.maximum(wi.z, LEAST), dr.maximum(wo.z, LEAST)
     stretched = sin_h * sin_h + a2 * cos_h * cos_h
     distribution = a2 / (math.pi * stretched * stretched)
-    shadowing = 0.5 / (
-        cos_o * dr.sqrt(a2 + (1 - a2) * cos_i * cos_i) + cos_i * dr.sqrt(a2 + (1 - a2) * cos_o * cos_o)
-    )
+    shadowing = 0.5 / (cos_o * dr.sqrt(a2 + (1 - a2) * cos_i * cos_i) + cos_i * dr.sqrt(a2 + (1 - a2) * cos_o * cos_o))
     away = dr.maximum(1 - d[2], 0.0)
     fresnel = f0 + (1 - f0) * (away * away) * (away * away) * away
     return albedo / math.pi + fresnel * (distribution * shadowing)

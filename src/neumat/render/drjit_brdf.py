@@ -16,6 +16,8 @@ from neumat.fields.layout import WIDTHS
 from neumat.render.lobes import ALPHAS, ANGLES
 
 TINY = 1e-7
+# Of log(1 + f), where float32 ends at 88.7: what is infinite, times light that is 0, would be NaN in the picture.
+LARGEST_LOG = 80.0
 
 
 def buffer(values):
@@ -60,7 +62,7 @@ def field_value(weights, wi, wo, widths=WIDTHS):
         sums = layer(weights, at, n, m, values)
         values = [dr.maximum(value, 0.0) for value in sums]
         at += (n + 1) * m
-    return mi.Color3f(*(dr.maximum(dr.exp(value) - 1, 0.0) for value in sums))
+    return mi.Color3f(*(dr.maximum(dr.exp(dr.minimum(value, LARGEST_LOG)) - 1, 0.0) for value in sums))
 
 
 def _layer(weights, at, n, m, values):

@@ -15,7 +15,8 @@
 
 They are registered for the RGB variant that is set (the best one if none is) and for each that is set later.
 `weights`, a parameter of `mi.traverse`, is differentiable in the AD variants, and an update of it compiles nothing
-anew. The normal side reflects only: use `twosided` for the other. Blend materials with Mitsuba's own `blendbsdf`.
+anew; one with NaN raises NeumatError. Directions are unit vectors. The normal side reflects only: use `twosided` for
+the other. Blend materials with Mitsuba's own `blendbsdf`.
 """
 
 import re
@@ -36,28 +37,30 @@ from neumat.brdf.table import Table
 from neumat.errors import NeumatError
 from neumat.export import find_material, read_material
 from neumat.fields.field import Field
-from neumat.fields.layout import SIZE, widths_of
+from neumat.fields.layout import SIZE, WIDTHS, size, widths_of
 from neumat.fields.physics import largest_albedo
 from neumat.render import drjit_analytic, drjit_brdf
 from neumat.render.lobes import check_sampler, fit_lobes
 
+LARGEST_WEIGHT = 1e9  # with larger ones the sums of the layers could be infinite, and infinity less infinity is NaN
+
 
 def _numbers(properties, plugin, count=None):
-    """Return the numbers (count,), float64, of the text property of a plugin; raises NeumatError for others."""
+    """Return the numbers, float64, of the text property of a plugin; raises NeumatError for others than `count`."""
     key = "weights" if plugin == "nbrdf" else "parameters"
     try:
         numbers = torch.tensor([float(number) for number in properties[key].split()], dtype=torch.float64)
     except ValueError as error:
         raise NeumatError(f"{plugin}: {key}", f"{count or SIZE} numbers", error) from error
-    if (count and len(numbers) != count) or not numbers.isfinite().all():
-        raise NeumatError(f"{plugin}: {key}", f"{count or SIZE} finite numbers", f"{len(numbers)}, or NaN or infinite ones")
+    if count and (len(numbers) != count or not numbers.isfinite().all()):
+        raise NeumatError(f"{plugin}: {key}", f"{count} finite numbers", f"{len(numbers)}, or NaN or infinite ones")
     return numbers
 
 
 def material_of(properties):
     """Return the weights (n,) or the Table that the properties of an `nbrdf` name.
 
-    Raises NeumatError for a bad file, a number of weights that no field has, and weights that are not finite numbers.
+    Raises NeumatError for a bad file, and for a number of weights that no field has.
     """
     if "weights" in properties:
         weights = _numbers(properties, "nbrdf").float()
@@ -68,6 +71,18 @@ def material_of(properties):
     if "material" in properties:
         return find_material(properties["filename"], properties["material"])
     return read_material(properties["filename"])
+
+
+def checked_field(weights, widths=WIDTHS):
+    """Return the Field of weights (n,).
+
+    Raises NeumatError where one is NaN or beyond LARGEST_WEIGHT: every pixel could be NaN.
+    """
+    if not (weights.abs() <= LARGEST_WEIGHT).all():
+        raise NeumatError(
+            "nbrdf: weights", f"{size(widths)} finite numbers, at most {LARGEST_WEIGHT:g}", "larger or NaN"
+        )
+    return Field(weights, widths)
 
 
 def load_dict(scene):
@@ -103,7 +118,13 @@ def _classes():
             scale = 1 / max(1.0, largest_albedo(material)) if self.conserve else 1.0
             self.scale = dr.opaque(mi.Float, scale) if dr.is_jit_v(mi.Float) else scale
 
+        # Scalar variants run both branches of a select, and numbers raise where arrays have NaN: what is not active
+        # ends early there.
+
         def sample(self, ctx, si, sample1, sample2, active=True):
+            active = active & (si.wi.z > 0)
+            if active is False:
+                return mi.BSDFSample3f(), mi.Color3f(0.0)
             if self.sampler == "uniform":
                 wo = mi.warp.square_to_uniform_hemisphere(sample2)
             else:
@@ -117,14 +138,19 @@ def _classes():
 
         def eval(self, ctx, si, wo, active=True):
             active = active & (si.wi.z > 0) & (wo.z > 0)
+            if active is False:
+                return mi.Color3f(0.0)
             return dr.select(active, self.value(si.wi, wo) * (self.scale * wo.z), 0.0)
 
         def pdf(self, ctx, si, wo, active=True):
+            active = active & (si.wi.z > 0) & (wo.z > 0)
+            if active is False:
+                return 0.0
             if self.sampler == "uniform":
                 density = mi.warp.square_to_uniform_hemisphere_pdf(wo)
             else:
                 density = drjit_brdf.lobes_density(self.lobes, si.wi, wo)
-            return dr.select(active & (si.wi.z > 0) & (wo.z > 0), density, 0.0)
+            return dr.select(active, density, 0.0)
 
         def eval_pdf(self, ctx, si, wo, active=True):
             return self.eval(ctx, si, wo, active), self.pdf(ctx, si, wo, active)
@@ -134,7 +160,7 @@ def _classes():
 
         def __init__(self, properties, weights):
             self.widths = widths_of(len(weights))
-            Material.__init__(self, properties, Field(weights, self.widths))
+            Material.__init__(self, properties, checked_field(weights, self.widths))
             self.weights = drjit_brdf.buffer(weights)
 
         def value(self, wi, wo):
@@ -144,7 +170,7 @@ def _classes():
             callback.put("weights", self.weights, mi.ParamFlags.Differentiable)
 
         def parameters_changed(self, keys):
-            self.adapt(Field(torch.from_numpy(dr.detach(self.weights).numpy()), self.widths))
+            self.adapt(checked_field(torch.from_numpy(dr.detach(self.weights).numpy()), self.widths))
 
         def to_string(self):
             return "NeuralField[]"

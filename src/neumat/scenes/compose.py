@@ -83,9 +83,18 @@ def surface(item, parts):
 
     inside = parts[0]
     if len(parts) == 2:
-        inside = {"type": "blendbsdf", "weight": bitmap(texture(MASKS, item["mask"])[..., None]), "a": parts[0], "b": parts[1]}
+        inside = {
+            "type": "blendbsdf",
+            "weight": bitmap(texture(MASKS, item["mask"])[..., None]),
+            "a": parts[0],
+            "b": parts[1],
+        }
     if "normals" in item:
-        inside = {"type": "normalmap", "normalmap": bitmap(normal_map(texture(HEIGHTS, item["normals"]))), "inside": inside}
+        inside = {
+            "type": "normalmap",
+            "normalmap": bitmap(normal_map(texture(HEIGHTS, item["normals"]))),
+            "inside": inside,
+        }
     if "bump" in item:
         height = bitmap(texture(HEIGHTS, item["bump"])[..., None])
         inside = {"type": "bumpmap", "map": height, "scale": item["depth"], "inside": inside}

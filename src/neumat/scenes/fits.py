@@ -98,8 +98,11 @@ def fit_analytic(rung, pools, seed):
     count, starts = len(pools.values), len(ALPHAS)
     raw = _start(rung, pools).requires_grad_()
     numbers = {"lambert": _lambert, "glossy": _glossy, "sgd": _sgd}[rung]
-    value = torch.func.vmap(torch.func.vmap(lambda x, *angles: Model(rung, numbers(x)).material.eval(*angles),
-                            in_dims=(0, None, None, None)))
+    value = torch.func.vmap(
+        torch.func.vmap(
+            lambda x, *angles: Model(rung, numbers(x)).material.eval(*angles), in_dims=(0, None, None, None)
+        )
+    )
     optimiser = torch.optim.Adam([raw], lr=ANALYTIC_RATE)
     schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, ANALYTIC_STEPS)
     generator = torch_generator(seed, "batches")
@@ -210,7 +213,12 @@ def _without(layers, inputs, k, units):
     kept = torch.stack([torch.arange(here.shape[2] - 1) + (torch.arange(here.shape[2] - 1) >= j) for j in units])
     kept = kept.to(torch.long)
     rows = torch.arange(len(units))
-    shorter = after.gather(1, torch.cat([kept, torch.full_like(kept[:, :1], after.shape[1] - 1)], 1)[..., None].expand(-1, -1, after.shape[2]))
+    shorter = after.gather(
+        1,
+        torch.cat([kept, torch.full_like(kept[:, :1], after.shape[1] - 1)], 1)[..., None].expand(
+            -1, -1, after.shape[2]
+        ),
+    )
     shorter[:, -1] += x.mean(1)[rows, units][:, None] * after[rows, units]
     narrower = here.gather(2, kept[:, None].expand(-1, here.shape[1], -1))
     return [*layers[:k], narrower, shorter, *layers[k + 2 :]]

@@ -106,7 +106,9 @@ def _vertex(batches):
 
 def _queries(path, angles, factor):
     angles = torch.from_numpy(np.concatenate(angles, 1))
-    return Queries(torch.from_numpy(np.concatenate(path)), tuple(angles), torch.from_numpy(np.concatenate(factor, 1).T.copy()))
+    return Queries(
+        torch.from_numpy(np.concatenate(path)), tuple(angles), torch.from_numpy(np.concatenate(factor, 1).T.copy())
+    )
 
 
 class _Paths:

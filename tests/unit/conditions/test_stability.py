@@ -9,7 +9,7 @@ from neumat.brdf.categories import CATEGORIES
 from neumat.brdf.coordinates import GRID
 from neumat.conditions import encoders, photos, synthesis
 from neumat.conditions.projection import Projection, network
-from neumat.conditions.stability import COLUMNS, stability_table, stressed, stresses
+from neumat.conditions.stability import stability_table, stresses
 from neumat.conditions.stress_bench import StressBench
 from neumat.conditions.synthesis import Synthesiser
 from neumat.fields.layout import SIZE
@@ -18,6 +18,7 @@ from neumat.generative.conditional import ConditionalDiffusion, Tuning
 from neumat.generative.registry import make
 from neumat.generative.training import seeded
 from neumat.seeds import torch_generator
+from neumat.stress import COLUMNS, stressed
 
 MATERIALS, WORDS = 64, 64
 TYPES = ["felt", "plastic"]

@@ -4,8 +4,9 @@ import pytest
 import torch
 
 from neumat.fields.field import Field
-from neumat.fields.layout import SIZE
+from neumat.fields.layout import SIZE, unpack
 from neumat.fields.physics import largest_albedo, physics_table
+from neumat.fields.validity import directional_albedos
 from neumat.seeds import torch_generator
 
 
@@ -33,3 +34,13 @@ def test_largest_albedo_of_one_material_is_that_of_the_table(field):
     weights = field(0.3, 20.0, 40.0)
     table = physics_table(["a"], weights[None])
     assert largest_albedo(Field(weights)) == pytest.approx(table["largest_albedo"].item(), rel=0.01)
+
+
+def test_light_that_is_gained_beyond_85_degrees_only_is_seen():
+    weights = torch.zeros(SIZE)
+    (w1, b1), (w2, _), (w3, _) = unpack(weights)
+    # log(1 + f) falls linearly from 6 at theta_d = 90 degrees to 0 at 72.
+    w1[5, 0], b1[0], w2[0, 0], w3[0] = -20.0, 6.0, 1.0, 1.0
+    below, above = (directional_albedos(weights[None], [math.radians(angle)]).max() for angle in (85, 89.9))
+    assert below < 1 < above
+    assert largest_albedo(Field(weights)) > 1

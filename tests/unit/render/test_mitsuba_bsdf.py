@@ -213,6 +213,24 @@ def test_new_weights_need_no_new_kernel(ladder):
     assert all((a == b).all() for a, b in zip(found, expected, strict=True))
 
 
+def test_an_update_with_nan_ends_in_one_line(ladder):
+    parameters = mitsuba().traverse(load(bsdf(ladder["matte"])))
+    for bad in (math.nan, math.inf, 3e38):
+        parameters["weights"] = type(parameters["weights"])(np.full(SIZE, bad, np.float32))
+        with pytest.raises(NeumatError, match="675 finite numbers") as caught:
+            parameters.update()
+        assert "\n" not in str(caught.value)
+
+
+@compiled
+def test_values_stay_finite(field):
+    weights = field()
+    weights[-3:] = 89.0  # e^89 is infinite in float32
+    wi, wo = pairs(64)
+    value, _ = evaluate(load(bsdf(weights)), wi, wo)
+    assert np.isfinite(value).all() and value.max() > 1e34
+
+
 @compiled
 def test_gradient_of_the_value_is_that_of_torch_and_of_finite_differences():
     import drjit as dr
@@ -335,7 +353,8 @@ def test_exported_files_load(ladder, tmp_path):
     [
         ({"type": "nbrdf"}, "filename or weights"),
         ({"type": "nbrdf", "weights": "1 2 three"}, "675 numbers"),
-        ({"type": "nbrdf", "weights": "1 2 3"}, "675 finite numbers"),
+        ({"type": "nbrdf", "weights": "1 2 3"}, "675 numbers"),
+        ({"type": "nbrdf", "weights": " ".join(["nan"] * SIZE)}, "675 finite numbers"),
         ({"type": "nbrdf", "filename": "no/such.safetensors"}, "no such file"),
         ({"type": "nbrdf", "filename": "no/such.h5", "material": "chrome"}, "no such file"),
         ({"type": "merl"}, "the property filename"),
@@ -372,6 +391,11 @@ for plugin, material in ((field, Field(weights)), (merl, Table(read_merl(merl["f
     assert np.allclose(list(value), expected, rtol=1e-3), (value, expected)
     sample, weight = plugin.sample(mi.BSDFContext(), si, 0.5, mi.Point2f(0.9, 0.4))
     assert sample.pdf > 0 and np.isfinite(list(weight)).all()
+    for below in ([0.0, 0.0, -1.0], [0.0, 0.0, 0.0], [float("nan")] * 3):  # where numbers raise and arrays have NaN
+        nothing = mi.SurfaceInteraction3f()
+        nothing.wi = mi.Vector3f(below)
+        value, density = plugin.eval_pdf(mi.BSDFContext(), nothing, mi.Vector3f(wo[0].tolist()))
+        assert max(value) == density == max(plugin.sample(mi.BSDFContext(), nothing, 0.5, mi.Point2f(0.9, 0.4))[1]) == 0
 plugin = load_dict(field)
 parameters = mi.traverse(plugin)
 parameters["weights"] = mi.ArrayXf([0.0] * 675)
