@@ -20,6 +20,7 @@ include: "workflow/rules/evaluate.smk"
 include: "workflow/rules/render.smk"
 include: "workflow/rules/conditional.smk"
 include: "workflow/rules/constrained.smk"
+include: "workflow/rules/scenes.smk"
 include: "workflow/rules/stability.smk"
 include: "workflow/rules/export.smk"
 include: "workflow/rules/charts.smk"
@@ -52,3 +53,4 @@ rule smoke:
         rules.charts.input,
         rules.generalisation.input,
         TARGETS["export"],
+        expand("results/scenes/preview/{scene}.png", scene=config["scenes"]["names"]),

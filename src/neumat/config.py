@@ -9,6 +9,7 @@ import math
 import sys
 from pathlib import Path
 
+import yaml
 from jsonschema import Draft202012Validator
 from jsonschema.validators import extend
 
@@ -26,17 +27,29 @@ def _is_number(_, value):
 Validator = extend(Draft202012Validator, type_checker=Draft202012Validator.TYPE_CHECKER.redefine("number", _is_number))
 
 
-def load(config, schema):
+def load(config, schema, what="config"):
     """Return `config` with the defaults of `schema` (a path) filled in, checked.
 
-    Raises NeumatError naming the first wrong key.
+    Raises NeumatError naming the first wrong key of `what`.
     """
     schema = json.loads(Path(schema).read_text(encoding="utf-8"))
     config = _fill(config, schema)
     errors = sorted(Validator(schema).iter_errors(config), key=lambda error: error.json_path)
     if errors:
-        raise _one_line(errors[0])
+        raise _one_line(errors[0], what)
     return config
+
+
+def load_scene(path, schema):
+    """Return the layout of a scene's YAML file with the defaults of `schema` (a path) filled in, checked.
+
+    Raises NeumatError for a missing file, one that is no YAML, and the first wrong key.
+    """
+    try:
+        layout = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise NeumatError(path, "a scene's YAML file", str(error).replace("\n", " ")) from error
+    return load(layout, schema, path)
 
 
 def source_files(sources):
@@ -110,27 +123,34 @@ def table(schema):
 
 def _fill(config, schema):
     """Return a copy of `config` with the defaults of `schema` for absent keys; a section may be left empty."""
-    if "properties" not in schema or not isinstance(config, dict | None):
+    if not isinstance(config, dict | None):
+        return config
+    if isinstance(schema.get("additionalProperties"), dict):  # sections whose names are free
+        return {name: _fill(value, schema["additionalProperties"]) for name, value in (config or {}).items()}
+    if "properties" not in schema:
         return config
     config = dict(config or {})
     for name, child in schema["properties"].items():
-        if "properties" in child:
+        if "properties" in child or isinstance(child.get("additionalProperties"), dict):
             config[name] = _fill(config.get(name), child)
-        elif name not in config:
+        elif name not in config and "default" in child:
             config[name] = copy.deepcopy(child["default"])
     return config
 
 
-def _one_line(error):
+def _one_line(error, what):
     """Return the NeumatError that says what `error` of jsonschema says, naming the key."""
     where = ".".join(str(part) for part in error.absolute_path)
     if error.validator == "additionalProperties":
         known = error.schema["properties"]
         unknown = sorted(str(name) for name in error.instance if name not in known)[0]
         key = f"{where}.{unknown}" if where else unknown
-        return NeumatError(f"config key {key}", "one of " + ", ".join(known), "an unknown key")
+        return NeumatError(f"{what} key {key}", "one of " + ", ".join(known), "an unknown key")
+    if error.validator == "required":
+        missing = error.message.split("'")[1]
+        return NeumatError(f"{what} key {where}".removesuffix(" key "), f"the key {missing}", "none")
     expected = "a section" if "properties" in error.schema else expectation(error.schema)
-    return NeumatError(f"config key {where}", expected, repr(error.instance))
+    return NeumatError(f"{what} key {where}", expected, repr(error.instance))
 
 
 if __name__ == "__main__":

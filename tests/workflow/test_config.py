@@ -9,9 +9,12 @@ import pytest
 import yaml
 from runner import ROOT, command
 
-from neumat.config import keys, load, source_count, source_files, table
+from neumat.config import keys, load, load_scene, source_count, source_files, table
 from neumat.errors import NeumatError
 from neumat.generative.registry import METHODS
+from neumat.scenes.compose import LIGHTS
+from neumat.scenes.shapes import SHAPES
+from neumat.scenes.textures import HEIGHTS, MASKS
 
 SCHEMA = ROOT / "workflow/schemas/config.schema.json"
 SCHEMA_TREE = json.loads(SCHEMA.read_text())
@@ -32,6 +35,56 @@ def test_default_config_is_what_the_schema_fills_in():
 @pytest.mark.parametrize("overlay", sorted((ROOT / "config").glob("*.yaml")), ids=lambda path: path.name)
 def test_overlays_are_valid(overlay):
     load(yaml.safe_load(overlay.read_text()), SCHEMA)
+
+
+SCENES = sorted((ROOT / "config/scenes").glob("*.yaml"))
+SCENE_SCHEMA = ROOT / "workflow/schemas/scene.schema.json"
+
+
+@pytest.mark.parametrize("path", SCENES, ids=lambda path: path.name)
+def test_scenes_are_valid_and_filled_in(path):
+    layout = load_scene(path, SCENE_SCHEMA)
+    assert all(item["bump"] in (None, *HEIGHTS) and len(item["at"]) == 2 for item in layout["objects"].values())
+
+
+def test_names_of_shapes_textures_and_lights_are_those_of_the_code():
+    scene = json.loads(SCENE_SCHEMA.read_text())["properties"]
+    item = scene["objects"]["additionalProperties"]["properties"]
+    assert scene["light"]["enum"] == list(LIGHTS)
+    assert item["shape"]["enum"] == list(SHAPES)
+    assert item["mask"]["enum"] == list(MASKS)
+    assert item["bump"]["enum"] == item["normals"]["enum"] == [None, *HEIGHTS]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("light: [", "a scene's YAML file"),
+        ("light: sun", "camera: expected the key at"),
+        (
+            "{light: moon, camera: {at: [0, 0, 1], towards: [0, 0, 0]}, objects: {a: {shape: knot, materials: [x]}}}",
+            "moon",
+        ),
+        ("{light: sun, camera: {at: [0, 0, 1], towards: [0, 0, 0]}, objects: {a: {shape: knot, hue: 1}}}", "hue"),
+        (
+            "{light: sun, camera: {at: [0, 0], towards: [0, 0, 0]}, objects: {a: {shape: knot, materials: [x]}}}",
+            "camera.at",
+        ),
+        ("{light: sun, camera: {at: [0, 0, 1], towards: [0, 0, 0]}, objects: {a: {shape: knot}}}", "the key materials"),
+    ],
+)
+def test_a_wrong_scene_ends_in_one_line(tmp_path, text, words):
+    (tmp_path / "mine.yaml").write_text(text)
+    with pytest.raises(NeumatError) as caught:
+        load_scene(tmp_path / "mine.yaml", SCENE_SCHEMA)
+    message = str(caught.value)
+    assert words in message and "mine.yaml" in message and "\n" not in message
+
+
+def test_a_missing_scene_ends_in_one_line(tmp_path):
+    line = command(tmp_path, "--dry-run", "--", "results/scenes/nowhere.png")
+    done = subprocess.run(line, capture_output=True, text=True)
+    assert done.returncode != 0 and "nowhere.yaml" in done.stdout + done.stderr
 
 
 def test_no_section_takes_unknown_keys():

@@ -23,6 +23,10 @@ def test_default_target_plans_data_to_report(tmp_path, overlays):
         "chart_fit",
         "chart_sampling",
         "chart_bsdf",
+        "chart_models",
+        "scene_models",
+        "scene_preview",
+        "ladder",
         "text_ablation",
         "generalisation_table",
         "export",
@@ -32,6 +36,7 @@ def test_default_target_plans_data_to_report(tmp_path, overlays):
 def test_every_stage_without_wildcards_is_a_target_of_its_own(tmp_path):
     stages = set(RULES) - {"fit_shard", "train", "sample", "score", "run_table"}
     stages -= {"constrained", "constrained_sheet", "projection", "tune", "export"}
+    stages -= {"scene", "scene_preview", "scene_models"}
     assert stages <= planned(tmp_path, "--", *stages)
 
 

@@ -23,6 +23,11 @@ AFTER_SAMPLING = CONSTRAINED | {
     "chart_sampling",
     "export",
     "physics",
+    "scene",
+    "scene_preview",
+    "contact_sheet",
+    "scene_models",
+    "chart_models",
     "run_table",
 }
 ON_DEMAND = {"conditional", "chart_guidance", "stability_conditional", "text_ablation"}
@@ -43,6 +48,8 @@ def test_cores_and_threads_rerun_nothing(smoke, arguments):
         ("generative: {sampling: {seed: 1}}", AFTER_SAMPLING | ON_DEMAND - {"stability_conditional"}),
         ("evaluate: {bootstrap: 30}", {"unconditional", "generalisation_table", "run_table"}),
         ("render: {grid_rows: 1}", {"grid", "run_table"}),
+        ("scenes: {samples: 16}", {"scene", "run_table"}),
+        ("scenes: {tolerance: 0.08}", {"chart_models", "run_table"}),
         ("constrained: {rules: {mirror_width: 0.1}}", CONSTRAINED | ON_DEMAND | {"tune", "categories", "run_table"}),
     ],
 )

@@ -7,7 +7,7 @@ from math import ceil
 from pathlib import Path
 
 from neumat.brdf.categories import CATEGORIES, check_rules
-from neumat.config import inception_file, load, source_count, source_files
+from neumat.config import inception_file, load, load_scene, source_count, source_files
 from neumat.errors import NeumatError
 from neumat.provenance import digest
 
@@ -46,6 +46,8 @@ TARGETS = {
         "results/tables/novelty.csv",
         "results/tables/renderer.csv",
         "results/tables/physics.csv",
+        *expand("results/scenes/{scene}.png", scene=config["scenes"]["names"]),
+        "results/figures/contact.png",
         "results/figures/nearest.png",
         "results/figures/heatmap.png",
         "results/figures/grid.png",
@@ -66,6 +68,8 @@ TARGETS = {
         "results/charts/fit.csv",
         "results/charts/sampling.csv",
         "results/charts/bsdf.csv",
+        "results/tables/ladder.csv",
+        "results/charts/models.csv",
         "results/tables/text_ablation.csv",
     ],
     "generalisation": ["results/tables/generalisation.csv"],
@@ -84,6 +88,7 @@ wildcard_constraints:
     protocol=r"parity|grouped|fold\d+",
     method="[a-z0-9-]+",
     category="|".join(CATEGORIES),
+    scene="[^/]+",
 
 
 def code(script):
@@ -129,3 +134,14 @@ def projection_of(power):
     """The section `conditional.projection`; a power named in the file, as in @0.5, in place of the configured one."""
     given = config["conditional"]["projection"]
     return given | {"power": float(power[1:])} if power else given
+
+
+def layout_of(scene):
+    """The layout of a scene; its file is not an input, which would tie results to where the workflow lies."""
+    try:
+        return load_scene(
+            f"{workflow.basedir}/config/scenes/{scene}.yaml",
+            f"{workflow.basedir}/workflow/schemas/scene.schema.json",
+        )
+    except NeumatError as error:
+        sys.exit(str(error))

@@ -60,6 +60,11 @@ def evaluate(weights, theta_h, theta_d, phi_d, widths=WIDTHS):
     return values * ((cos_i > 0) & (cos_o > 0)).unsqueeze(-1)
 
 
+def highlights(weights):
+    """Return the height (n,), 1/sr, of the highlights of fields (n, 675): at theta_h = 0, theta_d = 0.5."""
+    return evaluate(weights, torch.zeros(1), torch.full((1,), 0.5), torch.zeros(1)).mean((1, 2))
+
+
 class Field:
     """A material made of one weight vector (size,)."""
 

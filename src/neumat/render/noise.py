@@ -8,13 +8,21 @@ import numpy as np
 import pandas as pd
 
 from neumat.export import export
+from neumat.fields.field import highlights
 from neumat.render import scene
 from neumat.render.lobes import SAMPLERS
 from neumat.render.mitsuba_scene import bsdf, render_scene, sphere_scene
 
 SIZE = 32  # pixels
 REFERENCE = 8  # times as many samples as the finest picture
+RANKS = {"matte": 0.12, "satin": 0.5, "glossy": 0.8, "mirror": 1.0}  # by height of the highlight
 MEASURED = "measured"  # Mitsuba's own BSDF, on the exported file
+
+
+def by_kind(weights):
+    """Return {kind: position} of one field (n, 675) of each kind in RANKS."""
+    order = highlights(weights).argsort()
+    return {kind: int(order[round(rank * (len(order) - 1))]) for kind, rank in RANKS.items()}
 
 
 def noise_sweep(materials, samples, progress=iter):

@@ -55,7 +55,7 @@ def compose(layout, bsdfs, width, height):
         "type": "perspective",
         "fov": view["fov"],
         "to_world": mi.ScalarTransform4f().look_at(view["at"], view["towards"], [0, 1, 0]),
-        "sampler": {"type": "independent"},
+        "sampler": {"type": "multijitter"},
         "film": {
             "type": "hdrfilm",
             "width": width,
@@ -83,19 +83,12 @@ def surface(item, parts):
 
     inside = parts[0]
     if len(parts) == 2:
-        inside = {
-            "type": "blendbsdf",
-            "weight": bitmap(texture(MASKS, item["mask"])[..., None]),
-            "a": parts[0],
-            "b": parts[1],
-        }
-    if "normals" in item:
-        inside = {
-            "type": "normalmap",
-            "normalmap": bitmap(normal_map(texture(HEIGHTS, item["normals"]))),
-            "inside": inside,
-        }
-    if "bump" in item:
+        mask = bitmap(texture(MASKS, item["mask"])[..., None])
+        inside = {"type": "blendbsdf", "weight": mask, "a": parts[0], "b": parts[1]}
+    if item["normals"]:
+        normals = bitmap(normal_map(texture(HEIGHTS, item["normals"])))
+        inside = {"type": "normalmap", "normalmap": normals, "inside": inside}
+    if item["bump"]:
         height = bitmap(texture(HEIGHTS, item["bump"])[..., None])
         inside = {"type": "bumpmap", "map": height, "scale": item["depth"], "inside": inside}
     return {"type": "twosided", "inside": inside} if item["shape"] in OPEN else inside
@@ -129,8 +122,7 @@ def _sun(mi):
         "sky": {
             "type": "sunsky",
             "sun_direction": [-0.55, 0.62, 0.56],
-            "turbidity": 4.0,
-            "sun_aperture": 3.0,
+            "turbidity": 3.0,
             "to_world": upright,
         }
     }

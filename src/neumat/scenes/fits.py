@@ -1,9 +1,9 @@
 """Fits the ladder's models to materials under any distribution of queries.
 
-Queries are drawn in proportion to their weight (see `neumat.scenes.replay.importance`) times f + floor, so that the mean
-of |f' - f| / (f + floor) is the error that f' leaves in the picture. Fields minimise that. An analytic model that can't
-follow a highlight would do so best without any: it minimises the mean of |log((f' + floor) / (f + floor))|, and the same
-of the sums over all queries, as a pixel sees the whole of a highlight at once.
+Queries are drawn in proportion to their weight (see `neumat.scenes.replay.importance`) times f + floor, so that the
+mean of |f' - f| / (f + floor) is the error that f' leaves in the picture. Fields minimise that. An analytic model that
+can't follow a highlight would do so best without any: it minimises the mean of |log((f' + floor) / (f + floor))|, and
+the same of the sums over all queries, as a pixel sees the whole of a highlight at once.
 """
 
 import math
@@ -24,7 +24,7 @@ ANYWHERE = 0.1  # share of them that is spread over all angles: what a fit does 
 MOST = 1e-3  # share of all queries that a single one may stand for: paths are few, and some weigh too much
 BATCH = 512
 PROBES = 1 << 10  # queries by which units are pruned
-ANALYTIC_STEPS, ANALYTIC_RATE = 400, 0.05
+ANALYTIC_RATE = 0.05
 FIELD_RATES = (0.004, 0.01)  # mirrors need the higher one, most others the lower one; the better fit is kept
 ALPHAS = (0.004, 0.02, 0.1, 0.4)  # roughness that analytic fits start from; the best fit is kept
 
@@ -92,10 +92,10 @@ def _analytic_loss(found, target, floor):
     return share.log().abs().mean((-2, -1)) + share.mean((-2, -1)).log().abs()
 
 
-def fit_analytic(rung, pools, seed):
-    """Return a Model of an analytic rung for each of the pools' materials."""
+def fit_analytic(rung, pools, steps, seed):
+    """Return a Model of an analytic rung for each of the pools' materials, by Adam from several roughnesses."""
     start = time.process_time()
-    count, starts = len(pools.values), len(ALPHAS)
+    count = len(pools.values)
     raw = _start(rung, pools).requires_grad_()
     numbers = {"lambert": _lambert, "glossy": _glossy, "sgd": _sgd}[rung]
     value = torch.func.vmap(
@@ -104,7 +104,7 @@ def fit_analytic(rung, pools, seed):
         )
     )
     optimiser = torch.optim.Adam([raw], lr=ANALYTIC_RATE)
-    schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, ANALYTIC_STEPS)
+    schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, steps)
     generator = torch_generator(seed, "batches")
 
     def losses(at):
@@ -112,7 +112,7 @@ def fit_analytic(rung, pools, seed):
         found = value(raw, *(axis[:, at] for axis in pools.angles))
         return _analytic_loss(found, target, pools.floor[:, None])
 
-    for _ in range(ANALYTIC_STEPS):
+    for _ in range(steps):
         optimiser.zero_grad()
         losses(pools.batch(generator)).sum().backward()
         optimiser.step()
@@ -186,8 +186,8 @@ def _descend(layers, pools, rate, steps, seed):
 
 @torch.no_grad()
 def pruned(fields, pools, width):
-    """Return the layers [(u, in + 1, out), ...], the bias as the last row, of fields (u, 675) with `width` units left in
-    each hidden layer.
+    """Return the layers [(u, in + 1, out), ...], the bias as the last row, of fields (u, 675) with `width` units left
+    in each hidden layer.
 
     The unit goes whose loss costs least, one after the other; its mean value stays, in the biases that follow.
     """
@@ -210,17 +210,12 @@ def _without(layers, inputs, k, units):
     for layer in layers[: k + 1]:
         x = torch.relu(_ahead(x, layer))
     here, after = layers[k], layers[k + 1]
-    kept = torch.stack([torch.arange(here.shape[2] - 1) + (torch.arange(here.shape[2] - 1) >= j) for j in units])
-    kept = kept.to(torch.long)
-    rows = torch.arange(len(units))
-    shorter = after.gather(
-        1,
-        torch.cat([kept, torch.full_like(kept[:, :1], after.shape[1] - 1)], 1)[..., None].expand(
-            -1, -1, after.shape[2]
-        ),
-    )
-    shorter[:, -1] += x.mean(1)[rows, units][:, None] * after[rows, units]
+    rows, last = torch.arange(len(units)), here.shape[2]
+    kept = torch.arange(last - 1) + (torch.arange(last - 1) >= units[:, None])
     narrower = here.gather(2, kept[:, None].expand(-1, here.shape[1], -1))
+    with_bias = torch.cat([kept, torch.full_like(units, last)[:, None]], 1)
+    shorter = after.gather(1, with_bias[..., None].expand(-1, -1, after.shape[2]))
+    shorter[:, -1] += x.mean(1)[rows, units][:, None] * after[rows, units]
     return [*layers[:k], narrower, shorter, *layers[k + 2 :]]
 
 

@@ -8,10 +8,8 @@ import torch
 from neumat.augment.manifest import read_manifest
 from neumat.augment.permutations import PERMUTATIONS
 from neumat.errors import NeumatError
-from neumat.fields.field import evaluate
+from neumat.fields.field import highlights
 from neumat.fields.store import read_neumerl
-
-HIGHLIGHT = 0.5  # theta_d, radians, at which the height of a highlight is taken
 
 
 class Materials:
@@ -32,7 +30,7 @@ class Materials:
         }
 
     def find(self, name):
-        """Return (the name in the manifest or "sample-<number>", weights (675,)); raises NeumatError for no such one."""
+        """Return (name, weights (675,)), the name in the manifest or "sample-<number>"; raises NeumatError for none."""
         ranked = re.fullmatch(r"(sources|samples)@([01](?:\.\d+)?)", name)
         if ranked and float(ranked[2]) <= 1:
             order = self.ranked[ranked[1]]
@@ -47,5 +45,4 @@ class Materials:
 def _by_highlight(names, named):
     """Return the names in order of the height of the highlight."""
     weights = torch.stack([named[name] for name in names])
-    peak = evaluate(weights, torch.zeros(1), torch.full((1,), HIGHLIGHT), torch.zeros(1)).mean((1, 2))
-    return [names[k] for k in peak.argsort()]
+    return [names[k] for k in highlights(weights).argsort()]

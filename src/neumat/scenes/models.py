@@ -9,20 +9,19 @@
 | table | 4374000 | the values on the MERL grid |
 """
 
-import time
 from dataclasses import dataclass
 
 import torch
 
 from neumat.brdf.analytic import SGD, SGD_PARAMETERS, Glossy, Lambert
-from neumat.brdf.coordinates import ENTRIES, above_horizon, grid_angles
 from neumat.brdf.merl import write_merl
 from neumat.brdf.table import Table
 from neumat.fields.field import Field
 from neumat.fields.layout import widths_of
 
 WIDTHS = {"field-4": 4, "field-8": 8, "field-12": 12, "field-21": 21}
-RUNGS = ("lambert", "glossy", "sgd", *WIDTHS, "table")
+ANALYTIC_SHARE = 5  # analytic models take as many times fewer training steps than fields
+ANALYTIC = ("lambert", "glossy", "sgd")
 
 
 @dataclass(frozen=True)
@@ -60,12 +59,3 @@ class Model:
             return {"type": "merl", "filename": str(path)}
         plugin, key = (self.rung, "parameters") if self.rung in ("glossy", "sgd") else ("nbrdf", "weights")
         return {"type": plugin, key: " ".join(repr(float(number)) for number in self.numbers)}
-
-
-def tabulated(material):
-    """Return the Model that holds a material's values on the MERL grid; entries below the horizon are invalid."""
-    start = time.process_time()
-    valid = above_horizon()
-    values = torch.full((ENTRIES, 3), torch.nan)
-    values[valid] = material.eval(*grid_angles(valid.nonzero()[:, 0]))
-    return Model("table", values.flatten(), time.process_time() - start)

@@ -8,14 +8,16 @@ import torch
 from neumat.render.mitsuba_scene import mitsuba
 from neumat.render.scene import to_srgb8
 
-PASS = 16  # samples a pixel of one pass
+PASSES = (64, 16, 4)  # samples a pixel of a pass: squares, which the sampler spreads evenly
+PATHS = 12_000_000  # of a pass at most: some 2 GB
 
 
 def render(composition, samples, seed=0, progress=iter):
     """Return the linear picture (height, width, 3), float32, with at least `samples` samples a pixel."""
     mi = mitsuba()
-    passes = math.ceil(samples / PASS)
-    spp = math.ceil(samples / passes)
+    pixels = composition.width * composition.height
+    spp = next((n for n in PASSES if n <= samples and n * pixels <= PATHS), PASSES[-1])
+    passes = math.ceil(samples / spp)
     total = 0
     for k in progress(range(passes)):
         total = total + np.array(mi.render(composition.scene, spp=spp, seed=seed * 65536 + k))

@@ -21,8 +21,8 @@ class Mesh:
 
 
 def plane(resolution=1):
-    """A floor, 96 wide: no curvature."""
-    return _surface(lambda u, v: (96 * (u - 0.5), 0 * u, 96 * (v - 0.5)), resolution, resolution, 48)
+    """A floor to the horizon, 1000 wide: no curvature. A texture that repeats once is 2 wide."""
+    return _surface(lambda u, v: (1000 * (u - 0.5), 0 * u, 1000 * (v - 0.5)), resolution, resolution, 500)
 
 
 def sphere(resolution=96):
@@ -72,7 +72,7 @@ def knot(resolution=96):
     """A tube along a trefoil knot: saddles, and reflections of itself."""
 
     def point(u, v):
-        centre, along, aside, up = _trefoil(2 * np.pi * v)
+        centre, aside, up = _trefoil(2 * np.pi * v)
         angle = 2 * np.pi * u
         ring = np.cos(angle) * aside + np.sin(angle) * up
         x, y, z = 0.36 * centre + 0.27 * ring
@@ -142,10 +142,10 @@ def _even(t, quarters):
 
 
 def _trefoil(t):
-    """Return the knot's centre line (3, ...), its direction, and two unit normals of it."""
+    """Return the knot's centre line (3, ...) and two unit normals of it."""
     centre = np.stack([np.sin(t) + 2 * np.sin(2 * t), np.cos(t) - 2 * np.cos(2 * t), -1.4 * np.sin(3 * t)])
     along = np.stack([np.cos(t) + 4 * np.cos(2 * t), -np.sin(t) + 4 * np.sin(2 * t), -4.2 * np.cos(3 * t)])
     along = along / np.linalg.norm(along, axis=0)
     aside = np.cross(along, [0, 0, 1], axisa=0)
     aside = np.moveaxis(aside / np.linalg.norm(aside, axis=-1, keepdims=True), -1, 0)
-    return centre, along, aside, np.cross(aside, along, axis=0)
+    return centre, aside, np.cross(aside, along, axis=0)

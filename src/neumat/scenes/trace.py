@@ -64,18 +64,8 @@ def trace(composition, layout, samples, seed=0):
 
     In compiled variants of Mitsuba all paths are traced at once, in scalar ones one after the other.
     """
-    mi = mitsuba()
-    import drjit as dr
-
-    paths = _Paths(mi, composition, layout)
-    count = composition.width * composition.height * samples
-    sampler = mi.load_dict({"type": "independent"})
-    if dr.is_jit_v(mi.Float):
-        sampler.seed(seed, count)
-        batches = [paths.follow(sampler, dr.arange(mi.UInt32, count) // samples)]
-    else:
-        sampler.seed(seed, 1)
-        batches = [paths.follow(sampler, index // samples) for index in range(count)]
+    paths = _Paths(composition, layout)
+    batches = [paths.follow(*start) for start in paths.starts(samples, seed)]
     first, seen, *vertices = zip(*batches, strict=True)
     return Trace(
         torch.from_numpy(np.concatenate(seen, 1).T.copy()),
@@ -85,6 +75,14 @@ def trace(composition, layout, samples, seed=0):
         composition.width,
         samples,
     )
+
+
+def coverage(composition, layout):
+    """Return {object: share (height, width) of each pixel of a Composition that it covers}, of 4 rays a pixel."""
+    samples, paths = 4, _Paths(composition, layout)
+    found = np.concatenate([np.atleast_1d(np.array(paths.camera(*start)[1])) for start in paths.starts(samples, 0)])
+    found = found.reshape(composition.height, composition.width, samples)
+    return {name: (found == k).mean(2) for k, name in enumerate(layout["objects"])}
 
 
 def _vertex(batches):
@@ -114,12 +112,33 @@ def _queries(path, angles, factor):
 class _Paths:
     """Follows paths through a scene; the same lines for one path (scalar variants) and for all (compiled ones)."""
 
-    def __init__(self, mi, composition, layout):
-        self.mi, self.scene = mi, composition.scene
+    def __init__(self, composition, layout):
+        self.mi, self.scene = mitsuba(), composition.scene
         self.width, self.height = composition.width, composition.height
         self.objects = list(layout["objects"])
         self.meshes = [composition.meshes[name] for name in self.objects]
         self.probes = _probes(layout)
+
+    def starts(self, samples, seed):
+        """Return [(sampler, pixel)]: of all paths at once, or one after the other."""
+        import drjit as dr
+
+        count = self.width * self.height * samples
+        sampler = self.mi.load_dict({"type": "independent"})
+        if dr.is_jit_v(self.mi.Float):
+            sampler.seed(seed, count)
+            return [(sampler, dr.arange(self.mi.UInt32, count) // samples)]
+        sampler.seed(seed, 1)
+        return [(sampler, index // samples) for index in range(count)]
+
+    def camera(self, sampler, pixel):
+        """Return what a ray through the pixel meets, a SurfaceInteraction3f, and the object that is."""
+        mi = self.mi
+        corner = mi.Point2f(mi.Float(pixel % self.width), mi.Float(pixel // self.width))
+        film = (corner + sampler.next_2d()) / mi.Point2f(self.width, self.height)
+        ray, _ = self.scene.sensors()[0].sample_ray_differential(0.0, sampler.next_1d(), film, mi.Point2f(0.5))
+        si = self.scene.ray_intersect(ray)
+        return si, self._object(si)
 
     def follow(self, sampler, pixel):
         """Return first (n,), seen (3, n), then of each vertex (lit, onward, met (3, n)), as arrays.
@@ -130,11 +149,8 @@ class _Paths:
 
         mi, scene = self.mi, self.scene
         context = mi.BSDFContext()
-        corner = mi.Point2f(mi.Float(pixel % self.width), mi.Float(pixel // self.width))
-        film = (corner + sampler.next_2d()) / mi.Point2f(self.width, self.height)
-        ray, _ = scene.sensors()[0].sample_ray_differential(0.0, sampler.next_1d(), film, mi.Point2f(0.5))
-        si = scene.ray_intersect(ray)
-        seen, first = self._emitted(si, True), self._object(si)
+        si, first = self.camera(sampler, pixel)
+        seen = self._emitted(si, True)
         found, active = first, first >= 0
         vertices = []
         for _ in range(MAX_DEPTH - 1):

@@ -1,0 +1,61 @@
+"""Chart 5: what a scene's models cost against the error that it may show."""
+
+import pandas as pd
+
+from neumat.files import atomic_path
+from neumat.reporting.style import ACCENT, COLOURS, MARKERS, MUTED, figure
+
+
+def costs(table):
+    """Return a DataFrame with a row for each scene and tolerance of the scenes' model tables.
+
+    kept: how many materials need all their weights; bytes: of all; ns: of a query, by how often each material is asked;
+    *_share: of those of 675 weights everywhere, `seconds` for the picture; predicted, measured, noise: mean FLIP of the
+    worst object.
+    """
+    rows = []
+    for (scene, tolerance), group in table.groupby(["scene", "tolerance"], sort=False):
+        ns, ns_true = ((group[key] * group["queries"]).sum() / group["queries"].sum() for key in ("ns", "ns_true"))
+        rows.append(
+            {
+                "scene": scene,
+                "tolerance": tolerance,
+                "materials": len(group),
+                "kept": int((group["bytes"] == group["bytes_true"]).sum()),
+                "bytes": group["bytes"].sum(),
+                "bytes_share": group["bytes"].sum() / group["bytes_true"].sum(),
+                "ns": ns,
+                "ns_share": ns / ns_true,
+                "seconds_share": group["seconds"].iloc[0] / group["seconds_true"].iloc[0],
+                **{key: group[key].max() for key in ("predicted", "measured", "noise", "upgrades")},
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def models_chart(table, tolerance, path_stem):
+    """Draw `costs` into `path_stem`.png and .svg: bytes, time of a query and the error measured, against tolerance."""
+    panels = (
+        ("bytes_share", "bytes, share of 675 weights everywhere"),
+        ("ns_share", "time of a query, share of the same"),
+        ("measured", "mean FLIP measured on the worst object"),
+    )
+    with figure(9.0, 3.2, ncols=3, squeeze=False) as (drawn, grid):
+        for axes, (column, title) in zip(grid[0], panels, strict=True):
+            for i, (scene, part) in enumerate(table.groupby("scene", sort=False)):
+                axes.plot(
+                    part["tolerance"], part[column], color=COLOURS[i], marker=MARKERS[i], markersize=4, label=scene
+                )
+            axes.axvline(tolerance, color=ACCENT, linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)
+            axes.set(xscale="log", xlabel="tolerance: mean FLIP of every object", title=title)
+            axes.title.set_fontsize(8)
+            axes.set_xticks(sorted(table["tolerance"].unique()))
+            axes.xaxis.set_major_formatter("{x:g}")
+            axes.minorticks_off()
+            axes.set_ylim(bottom=0)
+        limits = sorted(table["tolerance"].unique())
+        grid[0, 2].plot(limits, limits, color=MUTED, linewidth=0.8, zorder=1)
+        drawn.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
+        for suffix in (".png", ".svg"):
+            with atomic_path(f"{path_stem}{suffix}") as temporary:
+                drawn.savefig(temporary, metadata={"Date": None} if suffix == ".svg" else None)

@@ -1,0 +1,25 @@
+"""What each model of a measured material costs and reaches, over all angles."""
+
+import torch
+
+from neumat.augment.manifest import read_manifest
+from neumat.augment.permutations import PERMUTATIONS
+from neumat.augment.store import AugMerl
+from neumat.fields.store import read_neumerl
+from neumat.files import atomic_path
+from neumat.render.noise import by_kind
+from neumat.scenes.ladder import ladder_table
+from neumat.stage import progress, stage
+
+with stage(snakemake):
+    rows = read_manifest(snakemake.input.manifest)[:: len(PERMUTATIONS)]
+    rows = rows[rows["parent_a"] == rows["parent_b"]]
+    index = torch.tensor(rows["index"].to_numpy())
+    weights = read_neumerl(snakemake.input.neumerl).weights[index]
+    chosen = by_kind(weights).values()
+    materials = {rows["name"].iloc[i]: (int(index[i]), weights[i]) for i in chosen}
+    first = next(field for i, field in enumerate(weights) if i not in chosen)
+    store = AugMerl(snakemake.input.augmerl, snakemake.input.sources)
+    table = ladder_table(store, materials, first, snakemake.params.steps, snakemake.params.seed, progress)
+    with atomic_path(snakemake.output[0]) as temporary:
+        table.to_csv(temporary, index=False)
