@@ -15,7 +15,7 @@ def llvm():
     return variant()
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def field():
     def make(albedo=0.0, peak=0.0, fall=100.0):
         """Weights (675,) with f = albedo / pi + a highlight, log(1 + f) falling linearly by `fall` times sin theta_h.

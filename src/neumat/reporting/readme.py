@@ -19,6 +19,7 @@ CHARTS = {  # picture: what it shows
     "fit.png": "Chart 1: held-out loss of the fits against the seconds that one material takes",
     "sampling.png": "Chart 2: 1-NNA (RMSE) of the samples against the seconds of sampling",
     "training.png": "Chart 2: 1-NNA (RMSE) of the samples against the seconds of training",
+    "bsdf.png": "Chart 4: PSNR of pictures against their time, by how directions are drawn",
 }
 
 REQUESTS = {
@@ -28,6 +29,8 @@ REQUESTS = {
     "charts/guidance.png": "Chart 3: how well requests are met, diversity and invalid draws against the guidance scale",
     "charts/constrained.png": "Seconds that a material of each category costs, by rejection and by request",
 }
+
+SCENES = ("studio", "mirror", "shelf")  # beside the hero, which the README's text shows
 
 
 def machine():
@@ -84,6 +87,7 @@ def results(folder):
         ]
         fits = pd.read_csv(fits)
         lines.append(_table(fits[fits["family"].isin(["default", "paper"])].drop(columns="family")))
+    lines += _scenes(folder)
     for name, meaning in CHARTS.items():
         if (folder / "charts" / name).exists():
             lines += ["", f"![{meaning}]({folder}/charts/{name})"]
@@ -114,6 +118,32 @@ def _on_demand(folder):
     lines.append(_table(constrained[columns]))
     for name, meaning in REQUESTS.items():
         lines += ["", f"![{meaning}]({folder}/{name})"]
+    return lines
+
+
+def _scenes(folder):
+    """Return the lines on the models that scenes need, none where they have not been made."""
+    path = folder / "charts/models.csv"
+    if not path.exists():
+        return []
+    models, ladder = pd.read_csv(path), pd.read_csv(folder / "tables/ladder.csv")
+    columns = ["scene", "tolerance", "materials", "kept", "bytes", "bytes_share", "ns", "ns_share", "seconds_share"]
+    lines = [
+        "",
+        "What scenes need of their materials, as shares of 675 weights everywhere (`kept`: materials that need all of "
+        "them), and the mean FLIP of the worst object, predicted and measured; `noise` is that between two pictures of "
+        "the same materials:",
+        "",
+        _table(models[[*columns, "predicted", "measured", "noise", "upgrades"]]),
+        "",
+        f"![Chart 5: cost of a scene's models against the error that it may show]({folder}/charts/models.png)",
+        "",
+        "The ladder of models of four measured materials, over all angles; `error`: share of what is reflected:",
+        "",
+        _table(ladder),
+    ]
+    for name in SCENES:
+        lines += ["", f"![The scene {name}; rendered with Mitsuba 3]({folder}/scenes/{name}.png)"]
     return lines
 
 
