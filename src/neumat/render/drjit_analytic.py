@@ -38,10 +38,10 @@ def glossy_value(parameters, wi, wo):
 def sgd_value(parameters, wi, wo):
     """Return f, a Color3f, 1/sr, of an SGD: the numbers of SGD_PARAMETERS, three each."""
     q = {key: _read3(parameters, 3 * k) for k, key in enumerate(SGD_PARAMETERS)}
-    _, cos_h, d = half_difference(wi, wo)
+    sin_h, cos_h, d = half_difference(wi, wo)
     cos_i, cos_o = dr.clip(wi.z, LEAST, 1.0), dr.clip(wo.z, LEAST, 1.0)
     cos2_h = dr.maximum(cos_h * cos_h, LEAST)
-    a = q["alpha"] + (1 / cos2_h - 1) / q["alpha"]
+    a = q["alpha"] + sin_h * sin_h / (cos2_h * q["alpha"])
     distribution = q["kappa"] * dr.exp(-a) / (math.pi * dr.power(a, q["p"]) * (cos2_h * cos2_h))
     away = dr.maximum(1 - d[2], 0.0)
     fresnel = q["f0"] - q["f1"] * d[2] + (1 - q["f0"]) * ((away * away) * (away * away) * away)

@@ -63,6 +63,6 @@ def normal_map(height):
     """Return the normals (n, n, 3), float32, as colours n / 2 + 1/2, of a height map (n, n) that repeats."""
     down, across = (np.roll(height, -1, axis) - np.roll(height, 1, axis) for axis in (0, 1))
     steepest = max(np.abs(down).max(), np.abs(across).max(), 1e-9)
-    normals = np.stack([-across * SLOPE / steepest, down * SLOPE / steepest, np.ones_like(height)], -1)
+    normals = np.stack([-across * SLOPE / steepest, -down * SLOPE / steepest, np.ones_like(height)], -1)
     normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
     return (0.5 + 0.5 * normals).astype(np.float32)

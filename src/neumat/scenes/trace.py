@@ -168,7 +168,9 @@ class _Paths:
             before, si = si, scene.ray_intersect(si.spawn_ray(si.to_world(sample.wo)), active)
             met = self._emitted(si, active)
             hit = active & (dr.max(met) > 0)
-            chosen = scene.pdf_emitter_direction(before, mi.DirectionSample3f(scene, si, before), hit)
+            # In scalar variants, what isn't a light has no density to ask for.
+            light = mi.DirectionSample3f(scene, si, before)
+            chosen = 0.0 if hit is False else scene.pdf_emitter_direction(before, light, hit)
             met = dr.select(hit, met * (sample.pdf / dr.maximum(sample.pdf + chosen, TINY)), mi.Color3f(0.0))
             found = self._object(si)
             if dr.is_jit_v(mi.Float):
@@ -181,7 +183,7 @@ class _Paths:
     def _bsdf(self, si, context, wo, sampled, active):
         """Return the density of the direction wo, and a direction sampled, as a BSDFSample3f and its weight."""
         mi = self.mi
-        bsdf = si.bsdf()
+        bsdf = None if si.shape is None else si.bsdf()
         if bsdf is None:  # in scalar variants, where nothing was met
             return 0.0, mi.BSDFSample3f(), mi.Color3f(0.0)
         density = bsdf.pdf(context, si, wo, active)

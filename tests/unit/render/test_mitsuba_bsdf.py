@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 import torch
 
-from neumat.brdf.analytic import GGX, Lambert
+from neumat.brdf.analytic import GGX, SGD, SGD_PARAMETERS, Glossy, Lambert, sgd_parameters
 from neumat.brdf.coordinates import ENTRIES, above_horizon, grid_angles, half_difference, rusinkiewicz
 from neumat.brdf.merl import write_merl
 from neumat.brdf.table import Table
 from neumat.errors import NeumatError
 from neumat.export import export
 from neumat.fields.field import Field, log_reflectance
-from neumat.fields.layout import SIZE
+from neumat.fields.layout import SIZE, size
 from neumat.render.lobes import SAMPLERS
 from neumat.render.mitsuba_scene import bsdf, mitsuba
 from neumat.render.quadrature import hemisphere
@@ -118,49 +118,56 @@ def test_nothing_below_the_horizon(ladder):
         assert (value == 0).all() and (density == 0).all()
 
 
-@compiled
-@pytest.mark.parametrize("name", NAMES)
-def test_directions_follow_their_density(name, ladder, view, monkeypatch, tmp_path):
-    """Mitsuba's chi-square test, on a grid of half vectors that is finest where mirrors have their highlight."""
+def chi_square(plugin, view):
+    """Return Mitsuba's chi-square test of a plugin, a dictionary of texts, for a view (3,).
+
+    On a grid of half vectors that is finest where mirrors have their highlight.
+    """
     import drjit as dr
 
     mi = mitsuba()
     from mitsuba.chi2 import BSDFAdapter, ChiSquareTest
 
-    monkeypatch.chdir(tmp_path)  # the test writes its histogram where it fails
-    extra = f'<string name="weights" value="{bsdf(ladder[name])["weights"]}"/>'
-    for theta in VIEWS:
-        wi = mi.Vector3f(*view(theta).tolist())
+    wi = mi.Vector3f(*view.tolist())
 
-        class HalfVectors:
-            def bounds(self):
-                return mi.ScalarBoundingBox2f([0, 0], [1, 1])
+    class HalfVectors:
+        def bounds(self):
+            return mi.ScalarBoundingBox2f([0, 0], [1, 1])
 
-            def aspect(self):
-                return 1
+        def aspect(self):
+            return 1
 
-            def map_forward(self, p, wi=wi):
-                sin_h, cos_h = dr.sincos(p.x**4 * (math.pi / 2))
-                sin_p, cos_p = dr.sincos(p.y * (2 * math.pi) - math.pi)
-                return mi.reflect(wi, mi.Vector3f(sin_h * cos_p, sin_h * sin_p, cos_h))
+        def map_forward(self, p):
+            sin_h, cos_h = dr.sincos(p.x**4 * (math.pi / 2))
+            sin_p, cos_p = dr.sincos(p.y * (2 * math.pi) - math.pi)
+            return mi.reflect(wi, mi.Vector3f(sin_h * cos_p, sin_h * sin_p, cos_h))
 
-            def map_backward(self, wo, wi=wi):
-                h = dr.normalize(wi + wo)
-                theta_h = dr.atan2(dr.hypot(h.x, h.y), h.z)
-                u = dr.sqrt(dr.sqrt(theta_h * (2 / math.pi)))
-                return mi.Point2f(u, (dr.atan2(h.y, h.x) + math.pi) / (2 * math.pi))
-
-        sample, density = BSDFAdapter("nbrdf", extra, wi=view(theta).tolist())
-
-        def per_cell(wo, wi=wi, density=density):
-            """Density over the unit square: dw_o = 4 (w_i . h) sin theta_h dtheta_h dphi_h."""
+        def map_backward(self, wo):
             h = dr.normalize(wi + wo)
-            sin_h = dr.hypot(h.x, h.y)
-            u3 = (dr.atan2(sin_h, h.z) * (2 / math.pi)) ** 0.75
-            # The grid also has half vectors that are turned away from the view, and give its direction twice.
-            return dr.select(wo.z > 0, density(wo) * 4 * dr.dot(wi, h) * sin_h * (2 * math.pi * u3) * (2 * math.pi), 0)
+            theta_h = dr.atan2(dr.hypot(h.x, h.y), h.z)
+            u = dr.sqrt(dr.sqrt(theta_h * (2 / math.pi)))
+            return mi.Point2f(u, (dr.atan2(h.y, h.x) + math.pi) / (2 * math.pi))
 
-        test = ChiSquareTest(HalfVectors(), sample, per_cell, 3, sample_count=200_000, res=41, ires=16)
+    extra = "".join(f'<string name="{key}" value="{text}"/>' for key, text in plugin.items() if key != "type")
+    sample, density = BSDFAdapter(plugin["type"], extra, wi=view.tolist())
+
+    def per_cell(wo):
+        """Density over the unit square: dw_o = 4 (w_i . h) sin theta_h dtheta_h dphi_h."""
+        h = dr.normalize(wi + wo)
+        sin_h = dr.hypot(h.x, h.y)
+        u3 = (dr.atan2(sin_h, h.z) * (2 / math.pi)) ** 0.75
+        # The grid also has half vectors that are turned away from the view, and give its direction twice.
+        return dr.select(wo.z > 0, density(wo) * 4 * dr.dot(wi, h) * sin_h * (2 * math.pi * u3) * (2 * math.pi), 0)
+
+    return ChiSquareTest(HalfVectors(), sample, per_cell, 3, sample_count=200_000, res=41, ires=16)
+
+
+@compiled
+@pytest.mark.parametrize("name", NAMES)
+def test_directions_follow_their_density(name, ladder, view, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)  # the test writes its histogram where it fails
+    for theta in VIEWS:
+        test = chi_square(bsdf(ladder[name]), view(theta))
         assert test.run(), (theta, test.messages)
 
 
@@ -330,6 +337,85 @@ def test_a_table_evaluates_as_in_torch(plugin, table, tmp_path, view):
     assert np.allclose(mean, albedo(Table(table), 0.9), rtol=0.01, atol=4 * error.max())
 
 
+def parametrised(name, numbers):
+    """Return the Mitsuba dictionary of an analytic plugin."""
+    return {"type": name, "parameters": " ".join(repr(float(number)) for number in numbers)}
+
+
+def analytic(name):
+    """Return an analytic plugin, as a dictionary, and its material."""
+    if name == "glossy":
+        numbers = (0.3, 0.2, 0.1, 0.04, 0.06, 0.5, 0.08)
+        return parametrised(name, numbers), Glossy(numbers[:3], numbers[3:6], numbers[6])
+    published = sgd_parameters()[name]
+    return parametrised("sgd", torch.cat([published[key] for key in SGD_PARAMETERS])), SGD(published)
+
+
+@compiled
+@pytest.mark.parametrize("name", ["glossy", "red-plastic", "chrome", "white-fabric"])
+def test_analytic_models_evaluate_as_in_torch(name):
+    plugin, material = analytic(name)
+    wi, wo = pairs(20_000)
+    up = torch.minimum(wi[:, 2], wo[:, 2]) > 0.01  # nearer to the horizon, theta_d of single precision shows
+    wi, wo = wi[up], wo[up]
+    found, _ = evaluate(load(plugin), wi, wo)
+    expected = material.eval(*rusinkiewicz(wo.double(), wi.double())).numpy() * wo[:, 2:].numpy()
+    assert np.allclose(found, expected, rtol=1e-3, atol=1e-6)
+    assert expected.max() > 0.1
+
+
+@compiled
+@pytest.mark.parametrize("name", ["glossy", "red-plastic"])
+def test_analytic_models_are_reciprocal_and_reflect_upwards_only(name):
+    plugin = load(analytic(name)[0])
+    wi, wo = pairs(5000)
+    there, back = plugin.value(*directions(wi, wo)), plugin.value(*directions(wo, wi))
+    assert np.allclose(there, back, rtol=1e-5)
+    up, down = torch.tensor([[0.0, 0.6, 0.8]]), torch.tensor([[0.0, 0.6, -0.8]])
+    for one, other in ((up, down), (down, up), (down, down)):
+        value, density = evaluate(plugin, one, other)
+        assert (value == 0).all() and (density == 0).all()
+
+
+@compiled
+@pytest.mark.parametrize("name", ["glossy", "red-plastic"])
+def test_directions_of_analytic_models_follow_their_density(name, view, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)  # the test writes its histogram where it fails
+    plugin, material = analytic(name)
+    test = chi_square(plugin, view(0.9))
+    assert test.run(), test.messages
+    mean, error = reflected(load(plugin), view(0.9))
+    assert np.allclose(mean, albedo(material, 0.9), rtol=0.01, atol=4 * error.max())
+
+
+def narrow(width):
+    """Weights (n,) and widths of a field of another width, whose values are mostly positive."""
+    widths = (6, width, width, 3)
+    weights = 0.3 * torch.randn(size(widths), generator=torch_generator(width, "field"))
+    weights[-3:] += 0.5
+    return weights, widths
+
+
+@compiled
+@pytest.mark.parametrize("width", [1, 4, 12, 32])
+def test_fields_of_other_widths_evaluate_as_in_torch(width):
+    weights, widths = narrow(width)
+    wi, wo = pairs(5000)
+    angles = rusinkiewicz(wo, wi)
+    off = torch.sin(angles[2]) > 1e-3
+    found, _ = evaluate(load(bsdf(weights)), wi, wo)
+    expected = Field(weights, widths).eval(*angles).numpy() * wo[:, 2:].clamp_min(0).numpy()
+    assert (np.abs(found - expected) / (1 + expected))[off].max() < 2e-5
+    assert (expected > 0).mean() > 0.2
+
+
+def test_fields_of_other_widths_refuse_nan():
+    parameters = mitsuba().traverse(load(bsdf(narrow(4)[0])))
+    parameters["weights"] = type(parameters["weights"])(np.full(size((6, 4, 4, 3)), np.nan, np.float32))
+    with pytest.raises(NeumatError, match="63 finite numbers"):
+        parameters.update()
+
+
 @compiled
 def test_conserve_scales_what_reflects_too_much(field, view):
     bright = field(2.0)
@@ -355,6 +441,13 @@ def test_exported_files_load(ladder, tmp_path):
         ({"type": "nbrdf", "weights": "1 2 three"}, "675 numbers"),
         ({"type": "nbrdf", "weights": "1 2 3"}, "675 numbers"),
         ({"type": "nbrdf", "weights": " ".join(["nan"] * SIZE)}, "675 finite numbers"),
+        ({"type": "nbrdf", "weights": " ".join(["0"] * 64)}, "as many as a field of another width has; found 64"),
+        ({"type": "nbrdf", "weights": " ".join(["nan"] * 63)}, "63 finite numbers"),
+        ({"type": "glossy", "parameters": "0.5 0.5 0.5 0.04 0.04 0.04"}, "7 finite numbers; found 6"),
+        ({"type": "glossy", "parameters": "0.5 0.5 0.5 0.04 0.04 0.04 nan"}, "7 finite numbers"),
+        ({"type": "glossy", "parameters": "0.5 0.5 0.5 0.04 0.04 0.04 rough"}, "7 numbers; found .*rough"),
+        ({"type": "sgd", "parameters": " ".join(["1"] * 32)}, "33 finite numbers; found 32"),
+        ({"type": "sgd", "parameters": " ".join(["1"] * 32 + ["inf"])}, "33 finite numbers"),
         ({"type": "nbrdf", "filename": "no/such.safetensors"}, "no such file"),
         ({"type": "nbrdf", "filename": "no/such.h5", "material": "chrome"}, "no such file"),
         ({"type": "merl"}, "the property filename"),

@@ -1,0 +1,78 @@
+import numpy as np
+import pytest
+import torch
+
+from neumat.brdf.analytic import SGD_PARAMETERS, Glossy, sgd_parameters
+from neumat.brdf.coordinates import ENTRIES, above_horizon, grid_angles, rusinkiewicz
+from neumat.fields.layout import size
+from neumat.render.mitsuba_scene import mitsuba
+from neumat.render.variant import variant
+from neumat.scenes.models import RUNGS, WIDTHS, Model, tabulated
+from neumat.seeds import torch_generator
+
+compiled = pytest.mark.skipif(
+    variant() != "llvm_ad_rgb", reason="needs a compiled Mitsuba variant: no working LLVM library was found"
+)
+BYTES = dict(zip(RUNGS, (12, 28, 132, 252, 620, 1116, 2700, 17_496_000), strict=True))
+ROUGH = Glossy((0.3, 0.2, 0.1), (0.05, 0.06, 0.1), 0.4)
+
+
+def model(rung):
+    """Return a Model of a rung: a plausible material."""
+    if rung == "table":
+        return tabulated(ROUGH)
+    if rung == "sgd":
+        published = sgd_parameters()["red-plastic"]
+        return Model(rung, torch.cat([published[key] for key in SGD_PARAMETERS]).float())
+    if rung in WIDTHS:
+        width = WIDTHS[rung]
+        weights = 0.3 * torch.randn(size((6, width, width, 3)), generator=torch_generator(0, rung))
+        weights[-3:] = 1.0  # the last biases: most values are positive
+        return Model(rung, weights)
+    return Model(rung, torch.tensor([0.5, 0.3, 0.1] if rung == "lambert" else [0.3, 0.1, 0.05, 0.04, 0.05, 0.06, 0.2]))
+
+
+@pytest.fixture(scope="module", params=RUNGS)
+def rung(request):
+    return model(request.param)
+
+
+def pairs(count):
+    """Unit directions above the horizon, two of (n, 3)."""
+    both = torch.randn(2, count, 3, generator=torch_generator(0, "pairs"))
+    both[..., 2] = both[..., 2].abs() + 0.05
+    return torch.nn.functional.normalize(both, dim=2)
+
+
+def test_bytes(rung):
+    assert rung.bytes == BYTES[rung.rung]
+
+
+@compiled
+def test_the_plugin_evaluates_as_the_material(rung, tmp_path):
+    import drjit as dr
+
+    mi = mitsuba()
+    from neumat.render.mitsuba_bsdf import load_dict
+
+    wi, wo = pairs(2000)
+    si = dr.zeros(mi.SurfaceInteraction3f, len(wi))
+    si.wi = mi.Vector3f(wi.T.numpy())
+    plugin = load_dict(rung.plugin(tmp_path))
+    found = np.array(plugin.eval(mi.BSDFContext(), si, mi.Vector3f(wo.T.numpy()))).T
+    expected = rung.material.eval(*rusinkiewicz(wo, wi)).numpy() * wo[:, 2:].numpy()
+    # Tables on a grid as fine as MERL's show single precision.
+    assert np.allclose(found, expected, rtol=1e-3 if rung.rung == "table" else 1e-4, atol=1e-5)
+    assert (expected > 0).mean() > 0.2
+
+
+def test_tabulated_holds_the_values_on_the_grid():
+    found = model("table")
+    values = found.numbers.view(ENTRIES, 3)
+    valid = above_horizon()
+    assert values[~valid].isnan().all() and values[valid].isfinite().all()
+    at = valid.nonzero()[:: ENTRIES // 5000, 0]
+    angles = grid_angles(at)
+    assert torch.equal(values[at], ROUGH.eval(*angles))
+    assert torch.allclose(found.material.eval(*angles), values[at], rtol=1e-3)
+    assert found.seconds > 0
