@@ -1,7 +1,12 @@
 """What a finished run leaves."""
 
 import pandas as pd
+import pytest
+from PIL import Image
 from runner import run
+
+from neumat.errors import NeumatError
+from neumat.scenes.materials import Materials
 
 
 def test_run_table_has_every_stage_that_ran(smoke):
@@ -28,3 +33,27 @@ def test_report_is_one_small_file(smoke):
 
 def test_nothing_half_written_is_left(smoke):
     assert not list(smoke.glob("results/**/*.partial*"))
+
+
+def test_scenes_have_their_pictures_and_models_within_the_tolerance(smoke):
+    sizes = {path: Image.open(smoke / "results/scenes" / path).size for path in ("mirror.png", "preview/mirror.png")}
+    assert list(sizes.values()) == [(48, 32), (24, 16)]
+    chosen = pd.read_csv(smoke / "results/tables/scene_models.csv")
+    assert set(chosen["object"]) == {"floor", "ball"} and len(chosen) == 3
+    assert ((chosen["measured"] <= chosen["tolerance"]) | (chosen["rung"] == "field-21")).all()
+    ladder = pd.read_csv(smoke / "results/tables/ladder.csv")
+    assert set(ladder["rung"]) == {"lambert", "glossy", "sgd", "field-4", "field-8", "field-12", "field-21", "table"}
+    assert (ladder["psnr"][ladder["rung"] == "table"] > 100).all()
+
+
+def test_materials_of_scenes_are_found_by_name_number_and_rank(smoke):
+    results = smoke / "results"
+    samples = results / "samples/parity/hyperdiffusion.h5"
+    materials = Materials(results / "neumerl/neumerl.h5", results / "augmerl/manifest.tsv", samples)
+    assert materials.find("alum-bronze@rbg")[1].shape == (675,)
+    lowest, highest = (materials.find(f"samples@{rank}")[0] for rank in (0, 1))
+    assert lowest != highest and lowest.startswith("sample-")
+    assert "@" not in materials.find("sources@0.5")[0]
+    for name in ("vibranium", "sample-100000", "sources@1.5", "sources@"):
+        with pytest.raises(NeumatError, match="material: expected a name of the manifest"):
+            materials.find(name)

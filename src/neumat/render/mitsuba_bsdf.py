@@ -45,15 +45,27 @@ from neumat.render.lobes import check_sampler, fit_lobes
 LARGEST_WEIGHT = 1e9  # with larger ones the sums of the layers could be infinite, and infinity less infinity is NaN
 
 
-def _numbers(properties, plugin, count=None):
-    """Return the numbers, float64, of the text property of a plugin; raises NeumatError for others than `count`."""
+def _numbers(properties, plugin, expected):
+    """Return the numbers, float64, of the text property of a plugin; raises NeumatError where there are none."""
     key = "weights" if plugin == "nbrdf" else "parameters"
+    if key not in properties:
+        raise NeumatError(plugin, f"the property {key}", "none")
     try:
-        numbers = torch.tensor([float(number) for number in properties[key].split()], dtype=torch.float64)
+        return torch.tensor([float(number) for number in properties[key].split()], dtype=torch.float64)
     except ValueError as error:
-        raise NeumatError(f"{plugin}: {key}", f"{count or SIZE} numbers", error) from error
-    if count and (len(numbers) != count or not numbers.isfinite().all()):
-        raise NeumatError(f"{plugin}: {key}", f"{count} finite numbers", f"{len(numbers)}, or NaN or infinite ones")
+        raise NeumatError(f"{plugin}: {key}", f"{expected} numbers", error) from error
+
+
+def _parameters(properties, plugin, count, alpha):
+    """Return the numbers (count,), float64, of an analytic plugin, of which those at `alpha` are roughnesses.
+
+    Raises NeumatError for another number of them, what is not finite, and roughnesses of 0 or less.
+    """
+    numbers, what = _numbers(properties, plugin, count), f"{plugin}: parameters"
+    if len(numbers) != count or not numbers.isfinite().all():
+        raise NeumatError(what, f"{count} finite numbers", f"{len(numbers)}, or NaN or infinite ones")
+    if not (numbers[alpha] > 0).all():
+        raise NeumatError(what, "alpha > 0", f"{numbers[alpha].min():g}")
     return numbers
 
 
@@ -63,7 +75,7 @@ def material_of(properties):
     Raises NeumatError for a bad file, and for a number of weights that no field has.
     """
     if "weights" in properties:
-        weights = _numbers(properties, "nbrdf").float()
+        weights = _numbers(properties, "nbrdf", SIZE).float()
         widths_of(len(weights))
         return weights
     if "filename" not in properties:
@@ -202,12 +214,12 @@ def _classes():
             return "Analytic[]"
 
     def glossy(properties):
-        numbers = _numbers(properties, "glossy", 7)
+        numbers = _parameters(properties, "glossy", 7, slice(6, 7))
         model = Glossy(numbers[:3], numbers[3:6], numbers[6])
         return Analytic(properties, model, numbers, drjit_analytic.glossy_value)
 
     def sgd(properties):
-        numbers = _numbers(properties, "sgd", 3 * len(SGD_PARAMETERS))
+        numbers = _parameters(properties, "sgd", 3 * len(SGD_PARAMETERS), slice(6, 9))
         model = SGD(dict(zip(SGD_PARAMETERS, numbers.view(-1, 3), strict=True)))
         return Analytic(properties, model, numbers, drjit_analytic.sgd_value)
 

@@ -2,9 +2,9 @@
 
 Queries are drawn in proportion to their weight (see `neumat.scenes.replay.importance`) times f + floor, so that the
 mean of |f' - f| / (f + floor) is the error that f' leaves in the picture. Fields minimise that, with the mean error of
-each channel or without. An analytic model that
-can't follow a highlight would do so best without any: it minimises the mean of |log((f' + floor) / (f + floor))|, and
-the same of the sums over all queries, as a pixel sees the whole of a highlight at once.
+each channel or without. An analytic model that can't follow a highlight would do so best without any: it minimises the
+mean of |log((f' + floor) / (f + floor))|, and the same of the sums over all queries, as a pixel sees the whole of a
+highlight at once.
 """
 
 import math
@@ -171,7 +171,7 @@ def fit_fields(rung, pools, fields, steps, seed):
     at = torch.arange(0, POOL, 8)
     inputs = half_difference(*(axis[:, at] for axis in pools.angles))
     errors = torch.stack(
-        [_field_loss(_values(inputs, layers), pools.values[:, at], pools.floor, 1.0) for layers in found]
+        [_field_loss(_values(inputs, layers).clamp_min(0), pools.values[:, at], pools.floor, 1.0) for layers in found]
     )
     best = errors.nan_to_num(torch.inf).argmin(0)
     flat = torch.stack([torch.cat([layer.flatten(1) for layer in layers], 1) for layers in found])
@@ -210,7 +210,7 @@ def pruned(fields, pools, width):
         for k in (0, 1):
             units = range(layers[k].shape[2])
             less = [_without(layers, inputs, k, torch.full((len(fields),), j)) for j in units]
-            costs = [query_error(_values(inputs, shorter), target, pools.floor) for shorter in less]
+            costs = [query_error(_values(inputs, shorter).clamp_min(0), target, pools.floor) for shorter in less]
             layers = _without(layers, inputs, k, torch.stack(costs).argmin(0))
     return layers
 

@@ -10,6 +10,7 @@
 """
 
 from dataclasses import dataclass
+from hashlib import sha256
 
 import torch
 
@@ -54,7 +55,7 @@ class Model:
         if self.rung == "lambert":
             return {"type": "diffuse", "reflectance": {"type": "rgb", "value": self.numbers.tolist()}}
         if self.rung == "table":
-            path = folder / f"{id(self)}.binary"
+            path = folder / f"{sha256(self.numbers.numpy().tobytes()).hexdigest()[:16]}.binary"
             write_merl(path, self.numbers.view(-1, 3).numpy())
             return {"type": "merl", "filename": str(path)}
         plugin, key = (self.rung, "parameters") if self.rung in ("glossy", "sgd") else ("nbrdf", "weights")

@@ -38,7 +38,7 @@ class Needs:
         self.layout, self.materials, self.settings, self.progress = layout, materials, settings, progress
         self.objects = list(layout["objects"])
         traced = settings["trace"]
-        composition = self._compose({unit: bsdf(w) for unit, (_, w) in materials.items()}, traced["width"])
+        composition = self.composed({unit: bsdf(w) for unit, (_, w) in materials.items()}, traced["width"])
         self.trace = trace(composition, layout, traced["samples"], seed)
         self.truth = {unit: Field(weights) for unit, (_, weights) in materials.items()}
         enlarged = settings["verify"]["width"] / traced["width"]
@@ -59,7 +59,7 @@ class Needs:
         }
         self.errors = alone(self.prediction, self.ladder)
 
-    def _compose(self, plugins, width):
+    def composed(self, plugins, width):
         height = round(width * self.settings["height"] / self.settings["width"])
         return compose(self.layout, plugins, width, height)
 
@@ -152,7 +152,7 @@ class _Verifier:
         needs = self.needs
         plugins = {unit: bsdf(weights) for unit, (_, weights) in needs.materials.items()}
         plugins |= {unit: needs.ladder[unit][k].plugin(self.folder) for unit, k in chosen.items()}
-        return needs._compose(plugins, needs.settings["verify"]["width"])
+        return needs.composed(plugins, needs.settings["verify"]["width"])
 
     def _timed(self, composition, seed=0):
         """Return the picture as shown, and the CPU seconds of its second half: the first compiles the kernel."""

@@ -25,5 +25,5 @@ def render(composition, samples, seed=0, progress=iter):
 
 
 def shown(linear, exposure):
-    """Return a linear picture as 8-bit sRGB, uint8."""
-    return to_srgb8(torch.from_numpy(np.array(linear, np.float32)), exposure).numpy()
+    """Return a linear picture, an array or a tensor, as 8-bit sRGB, uint8."""
+    return to_srgb8(torch.as_tensor(linear), exposure).numpy()

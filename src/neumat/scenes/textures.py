@@ -41,9 +41,8 @@ def hammered(u, v):
 def weave(u, v):
     """Threads that pass over and under each other."""
     turn = 8 * np.pi
-    over = np.sin(turn * u / 2) * np.sin(turn * v / 2) > 0
-    warp, weft = np.abs(np.cos(turn * u)) ** 0.7, np.abs(np.cos(turn * v)) ** 0.7
-    return np.where(over, 0.6 + 0.4 * warp, 0.2 + 0.4 * weft)
+    over = 0.5 + 0.5 * np.tanh(3 * np.sin(turn * u / 2) * np.sin(turn * v / 2))
+    return over * (0.5 + 0.5 * np.cos(turn * u) ** 2) + (1 - over) * (0.2 + 0.5 * np.cos(turn * v) ** 2)
 
 
 MASKS = {mask.__name__: mask for mask in (checker, veins, spots)}

@@ -438,6 +438,9 @@ def test_exported_files_load(ladder, tmp_path):
     ("plugin", "words"),
     [
         ({"type": "nbrdf"}, "filename or weights"),
+        ({"type": "glossy"}, "the property parameters"),
+        ({"type": "glossy", "parameters": "0.1 0.1 0.1 0.1 0.1 0.1 0"}, "alpha > 0"),
+        ({"type": "sgd", "parameters": " ".join(["0"] * 33)}, "alpha > 0"),
         ({"type": "nbrdf", "weights": "1 2 three"}, "675 numbers"),
         ({"type": "nbrdf", "weights": "1 2 3"}, "675 numbers"),
         ({"type": "nbrdf", "weights": " ".join(["nan"] * SIZE)}, "675 finite numbers"),

@@ -20,7 +20,8 @@ def layout():
     """A layout of objects {name: (shape, its materials, whatever else it has)}."""
 
     def make(objects, light="studio"):
-        plain = {"at": [0.0, 0.0], "size": 1.0, "turn": 0.0, "repeat": 2.0}
+        plain = {"at": [0.0, 0.0], "size": 1.0, "turn": 0.0, "repeat": 2.0, "depth": 0.02}
+        plain |= {"mask": "checker", "bump": None, "normals": None}
         return {
             "light": light,
             "exposure": 1.0,

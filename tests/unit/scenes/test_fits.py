@@ -112,11 +112,10 @@ def test_materials_in_a_pool_do_not_mix():
         assert torch.allclose(found.values[k], material.eval(*(axis[k] for axis in found.angles)), rtol=1e-5)
 
 
-def test_analytic_fits_recover_their_own_kind(monkeypatch):
-    monkeypatch.setattr(fits, "ANALYTIC_STEPS", 200)
-    (lambert,) = fit_analytic("lambert", even(MATTE), 0)
+def test_analytic_fits_recover_their_own_kind():
+    (lambert,) = fit_analytic("lambert", even(MATTE), 200, 0)
     assert torch.allclose(lambert.numbers, MATTE.albedo.float(), atol=1e-2)
-    (glossy,) = fit_analytic("glossy", even(GLOSSY), 0)
+    (glossy,) = fit_analytic("glossy", even(GLOSSY), 200, 0)
     expected = torch.tensor([0.3, 0.2, 0.1, 0.05, 0.06, 0.1, 0.2])
     assert torch.allclose(glossy.numbers, expected, rtol=0.05, atol=2e-3)
     for model, count in ((lambert, 3), (glossy, 7)):
@@ -124,19 +123,17 @@ def test_analytic_fits_recover_their_own_kind(monkeypatch):
         assert model.seconds > 0 and not model.numbers.requires_grad
 
 
-def test_sgd_fits_stay_within_what_the_model_means(monkeypatch):
-    monkeypatch.setattr(fits, "ANALYTIC_STEPS", 60)
+def test_sgd_fits_stay_within_what_the_model_means():
     at = even(GLOSSY)
-    (sgd,) = fit_analytic("sgd", at, 0)
+    (sgd,) = fit_analytic("sgd", at, 60, 0)
     assert len(sgd.numbers) == 33 and sgd.numbers.isfinite().all()
     matte = torch.expm1(at.values.log1p().median(1).values)
     assert error_of(sgd, at) < 0.7 * query_error(matte[0].expand(POOL, 3), at.values[0], at.floor[0]).item()
 
 
-def test_the_same_seed_gives_the_same_fit(monkeypatch, wide, wide_pools):
-    monkeypatch.setattr(fits, "ANALYTIC_STEPS", 5)
+def test_the_same_seed_gives_the_same_fit(wide, wide_pools):
     for fit in (
-        lambda seed: fit_analytic("glossy", wide_pools, seed)[0].numbers,
+        lambda seed: fit_analytic("glossy", wide_pools, 5, seed)[0].numbers,
         lambda seed: fit_fields("field-4", wide_pools, wide, 5, seed)[0].numbers,
     ):
         first, second, other = fit(0), fit(0), fit(1)

@@ -7,12 +7,13 @@ from neumat.brdf.coordinates import ENTRIES, above_horizon, grid_angles, rusinki
 from neumat.fields.layout import size
 from neumat.render.mitsuba_scene import mitsuba
 from neumat.render.variant import variant
-from neumat.scenes.models import RUNGS, WIDTHS, Model, tabulated
+from neumat.scenes.models import ANALYTIC, WIDTHS, Model
 from neumat.seeds import torch_generator
 
 compiled = pytest.mark.skipif(
     variant() != "llvm_ad_rgb", reason="needs a compiled Mitsuba variant: no working LLVM library was found"
 )
+RUNGS = (*ANALYTIC, *WIDTHS, "table")
 BYTES = dict(zip(RUNGS, (12, 28, 132, 252, 620, 1116, 2700, 17_496_000), strict=True))
 ROUGH = Glossy((0.3, 0.2, 0.1), (0.05, 0.06, 0.1), 0.4)
 
@@ -20,7 +21,10 @@ ROUGH = Glossy((0.3, 0.2, 0.1), (0.05, 0.06, 0.1), 0.4)
 def model(rung):
     """Return a Model of a rung: a plausible material."""
     if rung == "table":
-        return tabulated(ROUGH)
+        valid = above_horizon()
+        values = torch.full((ENTRIES, 3), torch.nan)
+        values[valid] = ROUGH.eval(*grid_angles(valid.nonzero()[:, 0]))
+        return Model(rung, values.flatten())
     if rung == "sgd":
         published = sgd_parameters()["red-plastic"]
         return Model(rung, torch.cat([published[key] for key in SGD_PARAMETERS]).float())
@@ -66,13 +70,7 @@ def test_the_plugin_evaluates_as_the_material(rung, tmp_path):
     assert (expected > 0).mean() > 0.2
 
 
-def test_tabulated_holds_the_values_on_the_grid():
-    found = model("table")
-    values = found.numbers.view(ENTRIES, 3)
-    valid = above_horizon()
-    assert values[~valid].isnan().all() and values[valid].isfinite().all()
-    at = valid.nonzero()[:: ENTRIES // 5000, 0]
-    angles = grid_angles(at)
-    assert torch.equal(values[at], ROUGH.eval(*angles))
-    assert torch.allclose(found.material.eval(*angles), values[at], rtol=1e-3)
-    assert found.seconds > 0
+def test_tables_are_written_beside_each_other(tmp_path):
+    table = model("table")
+    plugins = [Model("table", scale * table.numbers).plugin(tmp_path) for scale in (1.0, 0.5)]
+    assert plugins[0]["filename"] != plugins[1]["filename"] and len(list(tmp_path.iterdir())) == 2

@@ -23,7 +23,7 @@ LAYOUT = {
     "objects": {
         "floor": OBJECT | {"shape": "plane", "materials": ["matte"]},
         "ball": OBJECT | {"shape": "sphere", "materials": ["glossy"]},
-        "behind": OBJECT | {"shape": "sphere", "at": [0.0, 300.0], "materials": ["matte"]},
+        "inside": OBJECT | {"shape": "cube", "size": 0.2, "materials": ["matte"]},
     },
 }
 

@@ -53,7 +53,7 @@ def test_stands_on_the_plane(shape, name):
 
 def test_texture_coordinates_span_the_tile(shape, name):
     assert (shape.uv.min(0) == 0).all()
-    assert (shape.uv.max(0) == (48 if name == "plane" else 1)).all()
+    assert (shape.uv.max(0) == (500 if name == "plane" else 1)).all()
 
 
 def test_textures_are_not_mirrored(shape):
