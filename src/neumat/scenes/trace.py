@@ -64,7 +64,7 @@ def trace(composition, layout, samples, seed=0):
 
     In compiled variants of Mitsuba all paths are traced at once, in scalar ones one after the other.
     """
-    paths = _Paths(composition, layout)
+    paths = _Paths(composition, layout, _probes(layout))
     batches = [paths.follow(*start) for start in paths.starts(samples, seed)]
     first, seen, *vertices = zip(*batches, strict=True)
     return Trace(
@@ -79,7 +79,7 @@ def trace(composition, layout, samples, seed=0):
 
 def coverage(composition, layout):
     """Return {object: share (height, width) of each pixel of a Composition that it covers}, of 4 rays a pixel."""
-    samples, paths = 4, _Paths(composition, layout)
+    samples, paths = 4, _Paths(composition, layout, {})
     found = np.concatenate([np.atleast_1d(np.array(paths.camera(*start)[1])) for start in paths.starts(samples, 0)])
     found = found.reshape(composition.height, composition.width, samples)
     return {name: (found == k).mean(2) for k, name in enumerate(layout["objects"])}
@@ -97,27 +97,26 @@ def _vertex(batches):
             for unit, (asked, angles, factor) in part.items():
                 where = np.flatnonzero(asked)
                 answers.setdefault(unit, []).append((start + where, angles[:, where], factor[:, where]))
-        return {unit: _queries(*zip(*found, strict=True)) for unit, found in answers.items()}
+        return {unit: _gathered(*zip(*found, strict=True)) for unit, found in answers.items()}
 
     return Vertex(joined(lit), joined(onward), torch.from_numpy(np.concatenate(met, 1).T.copy()))
 
 
-def _queries(path, angles, factor):
-    angles = torch.from_numpy(np.concatenate(angles, 1))
-    return Queries(
-        torch.from_numpy(np.concatenate(path)), tuple(angles), torch.from_numpy(np.concatenate(factor, 1).T.copy())
-    )
+def _gathered(path, angles, factor):
+    """Return the Queries of batches of (path (q,), angles (3, q), factor (3, q))."""
+    path, angles, factor = (torch.from_numpy(np.concatenate(parts, -1)) for parts in (path, angles, factor))
+    return Queries(path, tuple(angles), factor.T.contiguous())
 
 
 class _Paths:
     """Follows paths through a scene; the same lines for one path (scalar variants) and for all (compiled ones)."""
 
-    def __init__(self, composition, layout):
+    def __init__(self, composition, layout, probes):
         self.mi, self.scene = mitsuba(), composition.scene
         self.width, self.height = composition.width, composition.height
         self.objects = list(layout["objects"])
         self.meshes = [composition.meshes[name] for name in self.objects]
-        self.probes = _probes(layout)
+        self.probes = probes
 
     def starts(self, samples, seed):
         """Return [(sampler, pixel)]: of all paths at once, or one after the other."""
@@ -261,22 +260,16 @@ def _probes(layout):
             return self.eval(context, si, wo, active), mi.Float(0.0)
 
     mi.register_bsdf("neumat_probe", Probe)
-    probes = {}
-    for name, k in units(layout):
-        item = layout["objects"][name]
-        probes[name, k] = tuple(
-            mi.load_dict(
-                surface(
-                    item,
-                    [
-                        {"type": "neumat_probe", "angles": angles} if part == k else BLACK
-                        for part in range(len(item["materials"]))
-                    ],
-                )
-            )
-            for angles in (True, False)
-        )
-    return probes
+
+    def probed(item, k, angles):
+        parts = [BLACK] * len(item["materials"])
+        parts[k] = {"type": "neumat_probe", "angles": angles}
+        return mi.load_dict(surface(item, parts))
+
+    return {
+        (name, k): tuple(probed(layout["objects"][name], k, angles) for angles in (True, False))
+        for name, k in units(layout)
+    }
 
 
 def _colours(colours):
