@@ -89,7 +89,7 @@ def contents(folder):
 def test_killed_then_finished_on_one_core_with_other_shards(smoke, tmp_path):
     """A kill loses the jobs in flight only; cores and shard size leave every number as it is."""
     (tmp_path / "mine.yaml").write_text("fit: {materials_per_job: 3}")
-    targets = [f"results/samples/parity/{method}.h5" for method in ("hyperdiffusion", "pca-a", "copies")]
+    targets = [f"results/samples/parity/{method}.h5" for method in ("hyperdiffusion", "pca-n", "copies")]
     options = {"overlays": (SMOKE, tmp_path / "mine.yaml")}
     first = subprocess.Popen(
         command(tmp_path, "--cores", "2", "--", *targets, **options),
@@ -109,6 +109,6 @@ def test_killed_then_finished_on_one_core_with_other_shards(smoke, tmp_path):
     run(tmp_path, "--cores", "1", "--", *targets, **options)
     assert all(path.stat().st_mtime_ns == time_ for path, time_ in whole.items())
     ours, theirs = contents(tmp_path), contents(smoke)
-    assert ours.keys() == {"neumerl.h5", "hyperdiffusion.h5", "pca-a.h5", "copies.h5"}
+    assert ours.keys() == {"neumerl.h5", "hyperdiffusion.h5", "pca-n.h5", "copies.h5"}
     for name in ours:
         np.testing.assert_array_equal(ours[name], theirs[name], err_msg=name)

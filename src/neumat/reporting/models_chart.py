@@ -36,9 +36,9 @@ def costs(table):
 def models_chart(table, tolerance, path_stem):
     """Draw `costs` into `path_stem`.png and .svg: bytes, time of a query and the error measured, against tolerance."""
     panels = (
-        ("bytes_share", "bytes, share of 675 weights everywhere"),
-        ("ns_share", "time of a query, share of the same"),
-        ("measured", "mean FLIP measured on the worst object"),
+        ("bytes_share", "bytes, share of all weights"),
+        ("ns_share", "time of a query, the same share"),
+        ("measured", "mean FLIP, worst object"),
     )
     with figure(9.0, 3.2, ncols=3, squeeze=False) as (drawn, grid):
         for axes, (column, title) in zip(grid[0], panels, strict=True):
@@ -48,7 +48,6 @@ def models_chart(table, tolerance, path_stem):
                 )
             axes.axvline(tolerance, color=ACCENT, linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)
             axes.set(xscale="log", xlabel="tolerance: mean FLIP of every object", title=title)
-            axes.title.set_fontsize(8)
             axes.set_xticks(sorted(table["tolerance"].unique()))
             axes.xaxis.set_major_formatter("{x:g}")
             axes.minorticks_off()
