@@ -7,12 +7,26 @@ import torch
 
 from neumat.fields.layout import SIZE, unpack
 from neumat.render.variant import variant
+from neumat.stress import COLUMNS
 
 
 @pytest.fixture(scope="session", autouse=True)
 def llvm():
     """Choose LLVM's library before any test imports mitsuba, which then keeps the one it found first."""
     return variant()
+
+
+@pytest.fixture(scope="session")
+def check_stresses():
+    """Assert what holds of every table of stresses: all as expected, in words, and without a path."""
+
+    def check(table):
+        assert list(table.columns) == COLUMNS and table["stress"].is_unique
+        assert table["ok"].all(), table[~table["ok"]].to_string()
+        assert (table["expected"].str.len() > 0).all() and (table["found"].str.len() > 0).all()
+        assert not table["found"].str.contains("\n|/tmp").any()
+
+    return check
 
 
 @pytest.fixture(scope="session")

@@ -10,7 +10,7 @@ from torch.nn.functional import normalize
 from neumat.brdf.coordinates import rusinkiewicz
 from neumat.brdf.merl import read_merl
 from neumat.brdf.table import Table
-from neumat.fields.field import Field, evaluate
+from neumat.fields.field import Field, highlights
 from neumat.fields.layout import SIZE, unpack
 from neumat.render import scene
 from neumat.render.mitsuba_scene import bsdf, mitsuba, render_bsdf
@@ -57,9 +57,11 @@ class RenderBench:
         self.names, self.weights, self.store, self.indices = names, weights, store, indices
         self.folder, self.seed = folder, seed
         self.frozen = FrozenSphere(self.size, rings=32, azimuths=64)
-        # Ordered by the height of the highlight.
-        peak = evaluate(weights, torch.zeros(1), torch.full((1,), 0.5), torch.zeros(1)).mean((1, 2))
-        chosen = peak.argsort()[torch.linspace(0, len(names) - 1, MATERIALS).round().long()].unique_consecutive()
+        chosen = (
+            highlights(weights)
+            .argsort()[torch.linspace(0, len(names) - 1, MATERIALS).round().long()]
+            .unique_consecutive()
+        )
         self.materials = {names[i]: weights[i] for i in chosen}
         self.matte, *_, self.mirror = self.materials
 

@@ -7,8 +7,7 @@ from matplotlib.text import Text
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from neumat.errors import NeumatError
-from neumat.files import atomic_path
-from neumat.reporting.style import ACCENT, COLOURS, MARKERS, MUTED, figure
+from neumat.reporting.style import ACCENT, COLOURS, MARKERS, MUTED, figure, save_chart
 
 # Where a name may stand about its point, in points, nearest first; from _FAR on, a thin line leads to it.
 _FAR = 10
@@ -71,10 +70,7 @@ def frontier_chart(
         axes.margins(x=0.12, y=0.14)
         texts = table[label].astype(str).to_numpy()
         _name_points(drawn, axes, cost, value, [(i, texts[i]) for i in named], frontier, default_label)
-        for suffix in (".png", ".svg"):
-            with atomic_path(f"{path_stem}{suffix}") as temporary:
-                metadata = {"Date": None} if suffix == ".svg" else None
-                drawn.savefig(temporary, metadata=metadata)
+        save_chart(drawn, path_stem)
 
 
 def _name_points(drawn, axes, x, y, names, frontier, default_label):

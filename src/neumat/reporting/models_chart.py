@@ -2,8 +2,7 @@
 
 import pandas as pd
 
-from neumat.files import atomic_path
-from neumat.reporting.style import ACCENT, COLOURS, MARKERS, MUTED, figure
+from neumat.reporting.style import ACCENT, COLOURS, MARKERS, MUTED, figure, save_chart
 
 
 def costs(table):
@@ -55,6 +54,4 @@ def models_chart(table, tolerance, path_stem):
         limits = sorted(table["tolerance"].unique())
         grid[0, 2].plot(limits, limits, color=MUTED, linewidth=0.8, zorder=1)
         drawn.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
-        for suffix in (".png", ".svg"):
-            with atomic_path(f"{path_stem}{suffix}") as temporary:
-                drawn.savefig(temporary, metadata={"Date": None} if suffix == ".svg" else None)
+        save_chart(drawn, path_stem)

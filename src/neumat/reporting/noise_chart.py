@@ -2,8 +2,7 @@
 
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from neumat.files import atomic_path
-from neumat.reporting.style import ACCENT, COLOURS, MARKERS, figure
+from neumat.reporting.style import ACCENT, COLOURS, MARKERS, figure, save_chart
 
 # Of `neumat.render.noise.noise_sweep`, in the legend's order.
 LABELS = {
@@ -40,6 +39,4 @@ def noise_chart(table, path_stem):
             axes.xaxis.set_minor_formatter(NullFormatter())
         grid[0, 0].set_ylabel("PSNR, dB")
         drawn.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=len(LABELS))
-        for suffix in (".png", ".svg"):
-            with atomic_path(f"{path_stem}{suffix}") as temporary:
-                drawn.savefig(temporary, metadata={"Date": None} if suffix == ".svg" else None)
+        save_chart(drawn, path_stem)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from neumat.files import atomic_path
-from neumat.reporting.style import COLOURS, MARKERS, MUTED, figure
+from neumat.reporting.style import COLOURS, MARKERS, MUTED, figure, save_chart
 
 
 def request_sheet(labels, pictures, path, shown=None, groups=2):
@@ -64,6 +64,4 @@ def guidance_chart(table, default, path):
             axis.set_xticks(x, [f"{g:g}" for g in table["guidance"]])
             axis.set(xlabel="guidance scale w", title=title, ylim=(0, None))
             axis.legend(fontsize=7)
-        for suffix in (".png", ".svg"):
-            with atomic_path(path.with_suffix(suffix)) as temporary:
-                drawn.savefig(temporary, metadata={"Date": None} if suffix == ".svg" else None)
+        save_chart(drawn, path.with_suffix(""))

@@ -7,6 +7,8 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
+from neumat.files import atomic_path
+
 # Okabe and Ito's palette, less the yellow, which is too light for lines on white.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")  # one more than colours: an eighth group differs from the first
@@ -46,3 +48,10 @@ def figure(width, height, **subplots):
             yield drawn, axes
         finally:
             plt.close(drawn)
+
+
+def save_chart(drawn, path_stem):
+    """Write a figure as `path_stem`.png and .svg; the same chart gives the same files."""
+    for suffix in (".png", ".svg"):
+        with atomic_path(f"{path_stem}{suffix}") as temporary:
+            drawn.savefig(temporary, metadata={"Date": None} if suffix == ".svg" else None)

@@ -15,6 +15,7 @@ import torch
 
 from neumat.brdf.analytic import SGD_PARAMETERS
 from neumat.brdf.coordinates import cosines, half_difference
+from neumat.fields.fit import learning_rate
 from neumat.fields.layout import unpack
 from neumat.fields.soap import Soap
 from neumat.scenes.models import WIDTHS, Model
@@ -185,11 +186,12 @@ def _descend(layers, pools, rate, even, steps, seed):
     optimisers = [Soap(layer) for layer in layers]
     inputs = half_difference(*pools.angles)
     generator = torch_generator(seed, "batches")
+    schedule = {"schedule": "cosine", "learning_rate": rate}
     for step in range(steps):
         at = pools.batch(generator)
         # Values are not clamped at 0, where a channel would be stuck.
         loss = _field_loss(_values(inputs[:, at], layers), pools.values[:, at], pools.floor, even).sum()
-        now = rate * 0.5 * (1 + math.cos(math.pi * step / steps))
+        now = learning_rate(step, steps, schedule)
         for optimiser, gradient in zip(optimisers, torch.autograd.grad(loss, layers), strict=True):
             optimiser.step(gradient, now)
     return [layer.detach() for layer in layers]

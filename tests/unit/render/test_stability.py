@@ -11,7 +11,7 @@ from neumat.fields.field import Field, evaluate
 from neumat.render import stability
 from neumat.render.stability import stability_table, stresses
 from neumat.render.stress_bench import RenderBench, constant, deviation, highlight, reference, scaled
-from neumat.stress import COLUMNS, stressed
+from neumat.stress import stressed
 
 NAMES = ("matte", "satin", "mirror")
 QUERIES = 4000
@@ -53,12 +53,9 @@ def plugins():
     return mitsuba_bsdf
 
 
-def test_what_is_expected_of_every_stress_happens(bench):
+def test_what_is_expected_of_every_stress_happens(bench, check_stresses):
     table = stability_table(bench)
-    assert list(table.columns) == COLUMNS and table["stress"].is_unique
-    assert table["ok"].all(), table[~table["ok"]].to_string()
-    assert (table["expected"].str.len() > 0).all() and (table["found"].str.len() > 0).all()
-    assert not table["found"].str.contains("\n|/tmp").any()
+    check_stresses(table)
     assert set(table["guard"]) == {"refused", "limited", "none needed"}
 
 
