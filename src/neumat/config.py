@@ -43,13 +43,18 @@ def load(config, schema, what="config"):
 def load_scene(path, schema):
     """Return the layout of a scene's YAML file with the defaults of `schema` (a path) filled in, checked.
 
-    Raises NeumatError for a missing file, one that is no YAML, and the first wrong key.
+    Raises NeumatError for a missing file, one that is no YAML, and the first wrong key or number of masks.
     """
     try:
         layout = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise NeumatError(path, "a scene's YAML file", str(error).replace("\n", " ")) from error
-    return load(layout, schema, path)
+    layout = load(layout, schema, path)
+    for name, item in layout["objects"].items():
+        expected, found = len(item["materials"]) - 1, len(item["masks"])
+        if found != expected:
+            raise NeumatError(f"{path}: key objects.{name}.masks", f"{expected}, one less than materials", found)
+    return layout
 
 
 def source_files(sources):

@@ -52,7 +52,7 @@ def test_names_of_shapes_textures_and_lights_are_those_of_the_code():
     item = scene["objects"]["additionalProperties"]["properties"]
     assert scene["light"]["enum"] == list(LIGHTS)
     assert item["shape"]["enum"] == list(SHAPES)
-    assert item["mask"]["enum"] == list(MASKS)
+    assert item["masks"]["items"]["enum"] == list(MASKS)
     assert item["bump"]["enum"] == item["normals"]["enum"] == [None, *HEIGHTS]
 
 
@@ -66,6 +66,10 @@ def test_names_of_shapes_textures_and_lights_are_those_of_the_code():
             "moon",
         ),
         ("{light: sun, camera: {at: [0, 0, 1], towards: [0, 0, 0]}, objects: {a: {shape: knot, hue: 1}}}", "hue"),
+        (
+            "{light: sun, camera: {at: [0, 0, 1], towards: [0, 0, 0]}, objects: {a: {shape: knot, materials: [x, y]}}}",
+            "objects.a.masks: expected 1, one less than materials; found 0",
+        ),
         (
             "{light: sun, camera: {at: [0, 0], towards: [0, 0, 0]}, objects: {a: {shape: knot, materials: [x]}}}",
             "camera.at",

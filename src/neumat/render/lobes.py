@@ -17,6 +17,9 @@ from neumat.render.quadrature import STRATEGIES, ggx_density, hemisphere
 ALPHAS = tuple(alpha for alpha in STRATEGIES if alpha is not None)  # roughness of the GGX lobes
 ANGLES = 16  # polar angles of the view, at the middle of equal intervals from 0 to pi / 2
 LEAST_COSINE = 0.05  # share of the cosine lobe at least: no direction goes unseen, whatever the fit has missed
+# How many times the second moment of the cosine lobe alone must exceed that of a mixture: drawing the lobe costs the
+# samples some of their stratification, which outweighs what lobes save on matte materials.
+LEAST_GAIN = 1.1
 STEPS = 30
 SAMPLERS = ("fitted", "ggx", "cosine", "uniform")
 
@@ -52,7 +55,7 @@ def fit_lobes(material, sampler="fitted"):
         fits = [_mixture(densities[[0, 1 + k]], energy) for k in range(len(ALPHAS))]
     finally:
         torch.set_num_threads(threads)
-    best = min(range(len(fits)), key=lambda k: fits[k][1])
+    best = min(range(len(fits)), key=lambda k: float(fits[k][1].sum()))
     shares[:, best] = fits[best][0][1]
     return shares
 
@@ -68,7 +71,8 @@ def _reflected(material):
 
 
 def _mixture(densities, energy):
-    """Return the shares (lobes, ANGLES) that minimise the sum of energy / density over nodes, and that sum."""
+    """Return the shares (lobes, ANGLES) that minimise each angle's second moment, the sum of energy / density over
+    nodes, and that moment (ANGLES,); the cosine lobe has all of an angle where others save too little."""
     shares = torch.full(densities.shape[:2], 1 / len(densities))
     for _ in range(STEPS):
         total = (shares[..., None] * densities).sum(0).clamp_min(1e-12)
@@ -77,8 +81,21 @@ def _mixture(densities, energy):
         # Where nothing is reflected there is no gain, and the cosine lobe takes all.
         shares[0] = shares[0].clamp_min(LEAST_COSINE)
         shares = shares / shares.sum(0)
-    total = (shares[..., None] * densities).sum(0).clamp_min(1e-12)
-    return shares, float((energy / total).sum())
+    mixed, alone = (_moment(parts, densities, energy) for parts in (shares, _cosine(shares)))
+    poor = alone < LEAST_GAIN * mixed
+    return torch.where(poor, _cosine(shares), shares), torch.where(poor, alone, mixed)
+
+
+def _cosine(shares):
+    """Return the shares (lobes, ANGLES) of the cosine lobe alone."""
+    alone = torch.zeros_like(shares)
+    alone[0] = 1
+    return alone
+
+
+def _moment(shares, densities, energy):
+    """Return the second moment (ANGLES,) that a mixture leaves."""
+    return (energy / (shares[..., None] * densities).sum(0).clamp_min(1e-12)).sum(1)
 
 
 def check_sampler(name):

@@ -2,8 +2,8 @@
 
 A layout has `light` (a name in LIGHTS), `exposure`, `camera` (`at`, `towards`: points; `fov`: degrees, across) and
 `objects` {name: object}. An object has `shape`, `at` [x, z] on the floor, `size`, `turn` (degrees about the vertical)
-and `materials`: one, or two that the texture `mask` blends; it may have a `bump` or `normals` texture. `repeat` says
-how often textures repeat across it, `depth` how deep bumps are.
+and `materials`: the first, and more that lie over it where a texture of `masks` shows them, a mask to each; it may have
+a `bump` or `normals` texture. `repeat` says how often textures repeat across it, `depth` how deep bumps are.
 
 World frame: y is up, the floor is y = 0.
 """
@@ -81,10 +81,10 @@ def surface(item, parts):
         scale = mi.ScalarTransform4f().scale([item["repeat"], item["repeat"], 1])
         return {"type": "bitmap", "bitmap": mi.Bitmap(image), "raw": True, "to_uv": scale}
 
-    inside = parts[0]
-    if len(parts) == 2:
-        mask = bitmap(texture(MASKS, item["mask"])[..., None])
-        inside = {"type": "blendbsdf", "weight": mask, "a": parts[0], "b": parts[1]}
+    inside, *more = parts
+    for name, part in zip(item["masks"], more, strict=True):
+        mask = bitmap(texture(MASKS, name)[..., None])
+        inside = {"type": "blendbsdf", "weight": mask, "a": inside, "b": part}
     if item["normals"]:
         normals = bitmap(normal_map(texture(HEIGHTS, item["normals"])))
         inside = {"type": "normalmap", "normalmap": normals, "inside": inside}

@@ -227,7 +227,7 @@ class _Paths:
 
 def _probes(layout):
     """Return {unit: (BSDF, BSDF)}: the objects' surfaces with a unit that answers with its query's angles, and with
-    (cosine of the direction of the light, 1, 0); the other material of its object is black."""
+    (cosine of the direction of the light, 1, 0); the other materials of its object are black."""
     mi = mitsuba()
     import drjit as dr
 

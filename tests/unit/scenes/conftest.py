@@ -21,7 +21,7 @@ def layout():
 
     def make(objects, light="studio"):
         plain = {"at": [0.0, 0.0], "size": 1.0, "turn": 0.0, "repeat": 2.0, "depth": 0.02}
-        plain |= {"mask": "checker", "bump": None, "normals": None}
+        plain |= {"masks": [], "bump": None, "normals": None}
         return {
             "light": light,
             "exposure": 1.0,

@@ -11,6 +11,7 @@ compiled = pytest.mark.skipif(
     variant() != "llvm_ad_rgb", reason="needs a compiled Mitsuba variant: no working LLVM library was found"
 )
 WHITE = {"type": "diffuse", "reflectance": {"type": "rgb", "value": 1.0}}
+PLAIN = {"shape": "sphere", "repeat": 1.0, "masks": [], "bump": None, "normals": None}
 
 
 def picture(composition, spp, seed=0):
@@ -18,14 +19,14 @@ def picture(composition, spp, seed=0):
 
 
 def test_a_unit_is_one_material_of_one_object(layout):
-    found = units(layout({"floor": ("plane", ["a"], {}), "ball": ("sphere", ["b", "a"], {"mask": "spots"})}))
+    found = units(layout({"floor": ("plane", ["a"], {}), "ball": ("sphere", ["b", "a"], {"masks": ["spots"]})}))
     assert found == {("floor", 0): "a", ("ball", 0): "b", ("ball", 1): "a"}
 
 
 @compiled
 @pytest.mark.parametrize("light", LIGHTS)
 def test_everything_at_once_has_finite_pixels(light, layout, grey, glossy):
-    more = {"mask": "veins", "normals": "hammered", "bump": "weave", "depth": 0.02}
+    more = {"masks": ["veins"], "normals": "hammered", "bump": "weave", "depth": 0.02}
     both = layout({"floor": ("plane", ["a"], {}), "sheet": ("drape", ["a", "b"], more)}, light)
     bsdfs = {("floor", 0): WHITE, ("sheet", 0): glossy.plugin(None), ("sheet", 1): grey(0.5).plugin(None)}
     composition = compose(both, bsdfs, 8, 6)
@@ -67,7 +68,7 @@ def test_bumps_and_normals_of_the_same_heights_tilt_the_same_way(name):
     si.wi, si.n = mi.Vector3f(0, 0, 1), mi.Normal3f(0, 0, 1)
     slopes = []
     for item in ({"normals": name}, {"bump": name, "depth": 0.02}):
-        loaded = load_dict(surface({"shape": "sphere", "repeat": 1.0, "bump": None, "normals": None} | item, [WHITE]))
+        loaded = load_dict(surface(PLAIN | item, [WHITE]))
         lit = [
             np.array(loaded.eval(mi.BSDFContext(), si, dr.normalize(mi.Vector3f(x, y, 1))))[0]
             for x, y in ((0.2, 0), (-0.2, 0), (0, 0.2), (0, -0.2))
@@ -81,7 +82,7 @@ def test_bumps_and_normals_of_the_same_heights_tilt_the_same_way(name):
     ("change", "bsdf", "words"),
     [
         ({"shape": "teapot"}, WHITE, "shape: expected one of plane"),
-        ({"mask": "tartan"}, WHITE, "texture: expected one of checker"),
+        ({"masks": ["tartan"]}, WHITE, "texture: expected one of checker"),
         ({"bump": "spots"}, WHITE, "texture: expected one of hammered"),
         ({"normals": "spots"}, WHITE, "texture: expected one of hammered"),
         ({}, {"type": "glossy", "parameters": "1 2 3"}, "glossy: parameters: expected 7 finite numbers"),
@@ -90,7 +91,7 @@ def test_bumps_and_normals_of_the_same_heights_tilt_the_same_way(name):
     ],
 )
 def test_a_bad_object_ends_in_one_line(change, bsdf, words, layout):
-    bad = layout({"ball": ("sphere", ["a", "b"], {"mask": "spots", "depth": 0.1} | change)})
+    bad = layout({"ball": ("sphere", ["a", "b"], {"masks": ["spots"], "depth": 0.1} | change)})
     bad["objects"]["ball"]["shape"] = change.get("shape", "plane")
     with pytest.raises(NeumatError, match=words) as caught:
         compose(bad, {("ball", 0): WHITE, ("ball", 1): bsdf}, 4, 3)

@@ -17,7 +17,7 @@ SETTINGS = {
     "fit_steps": 60,
     "tolerances": [1e-6, 0.03, 1.0],
 }
-OBJECT = {"at": [0, 0], "size": 1.0, "turn": 0.0, "mask": "checker", "bump": None, "normals": None}
+OBJECT = {"at": [0, 0], "size": 1.0, "turn": 0.0, "masks": [], "bump": None, "normals": None}
 OBJECT |= {"repeat": 1.0, "depth": 0.02}
 LAYOUT = {
     "light": "studio",

@@ -57,7 +57,7 @@ def plain(case, grey):
 
 @pytest.fixture(scope="module")
 def blended(case, grey):
-    objects = {"ball": ("sphere", ["a", "b"], {"mask": "spots"})}
+    objects = {"ball": ("sphere", ["a", "b"], {"masks": ["spots"]})}
     return case(objects, {("ball", 0): grey(0.8), ("ball", 1): grey(0.1)})
 
 
@@ -69,7 +69,7 @@ def dented(case, glossy):
 @pytest.fixture(scope="module")
 def sheet(case, grey, glossy):
     """All that a surface can have."""
-    more = {"mask": "spots", "normals": "hammered", "bump": "weave", "depth": 0.02}
+    more = {"masks": ["spots"], "normals": "hammered", "bump": "weave", "depth": 0.02}
     return case({"sheet": ("drape", ["a", "b"], more)}, {("sheet", 0): glossy, ("sheet", 1): grey(0.1)})
 
 
@@ -174,6 +174,20 @@ def test_a_mask_splits_queries_between_two_materials(plain, blended):
     assert share.min() < 0.01 and share.max() > 0.99
 
 
+def test_masks_split_queries_among_three_materials(plain, case, grey):
+    """The last mask lies on top: the first material's share is what both masks leave of it."""
+    objects = {"ball": ("sphere", ["a", "b", "c"], {"masks": ["spots", "veins"]})}
+    trace = case(objects, {("ball", 0): grey(0.8), ("ball", 1): grey(0.1), ("ball", 2): grey(0.5)}).trace
+    count = len(plain.trace.first)
+    parts = torch.stack([joined(trace.vertices[0].lit["ball", k], count)[1] for k in range(3)])
+    factor = joined(plain.trace.vertices[0].lit["ball", 0], count)[1]
+    same = torch.isclose(parts.sum(0), factor, rtol=1e-4, atol=1e-5) & (factor > 0)
+    assert same.float().mean() > 0.99 * (factor > 0).float().mean()
+    spots, veins = (texture(MASKS, name) for name in ("spots", "veins"))
+    expected = [((1 - spots) * (1 - veins)).mean(), (spots * (1 - veins)).mean(), veins.mean()]
+    assert (parts / factor)[:, same].mean(1).tolist() == pytest.approx(expected, abs=0.04)
+
+
 def test_a_normal_map_turns_the_directions_of_queries(plain, dented):
     count = len(plain.trace.first)
     smooth, rough = (joined(case.trace.vertices[0].lit["ball", 0], count)[0] for case in (plain, dented))
@@ -267,7 +281,7 @@ print(json.dumps([
 
 
 def test_the_scalar_variant_traces_the_same(layout, grey, glossy):
-    more = {"mask": "checker", "normals": "hammered"}
+    more = {"masks": ["checker"], "normals": "hammered"}
     made = layout({"floor": ("plane", ["a"], {}), "sheet": ("drape", ["a", "b"], more)})
     models = {("floor", 0): grey(0.5), ("sheet", 0): glossy, ("sheet", 1): grey(0.2)}
     told = json.dumps([made, [(*unit, model.rung, model.numbers.tolist()) for unit, model in models.items()]])
