@@ -67,7 +67,9 @@ def compose(layout, bsdfs, width, height):
     }
     if layout["light"] not in LIGHTS:
         raise NeumatError("light", f"one of {', '.join(LIGHTS)}", repr(layout["light"]))
-    lights = LIGHTS[layout["light"]](mi)
+    # Loaded one by one: loaded with the scene, their order changes from run to run, and with it which one a random
+    # number chooses.
+    lights = {name: load_dict(light) for name, light in LIGHTS[layout["light"]](mi).items()}
     integrator = {"type": "path", "max_depth": MAX_DEPTH, "rr_depth": MAX_DEPTH + 1}
     loaded = load_dict({"type": "scene", "integrator": integrator, "sensor": camera, **lights, **meshes})
     return Composition(loaded, meshes, width, height)

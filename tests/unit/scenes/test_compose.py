@@ -103,6 +103,13 @@ def test_an_unknown_light_ends_in_one_line(layout):
         compose(layout({"floor": ("plane", ["a"], {})}, "moon"), {("floor", 0): WHITE}, 4, 3)
 
 
+@compiled
+def test_lights_keep_their_order(layout):
+    """Which of them a random number chooses depends on it: the same seed must give the same picture."""
+    composition = compose(layout({"floor": ("plane", ["a"], {})}), {("floor", 0): WHITE}, 4, 3)
+    assert [shape.id() for shape in composition.scene.shapes()] == ["key", "strip", "rim", "floor"]
+
+
 def test_open_shapes_show_their_back(layout):
     for name, kind in (("drape", "twosided"), ("sphere", "diffuse")):
         assert surface(layout({"a": (name, ["a"], {})})["objects"]["a"], [WHITE])["type"] == kind
