@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from runner import ROOT, SMOKE, command, planned, run
 
-CONSTRAINED = {"constrained", "constrained_sheet", "constrained_table"}
+CONSTRAINED = {"constrained", "constrained_sheet", "constrained_table", "by_category"}
 AFTER_SAMPLING = CONSTRAINED | {
     "sample",
     "score",

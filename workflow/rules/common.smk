@@ -56,6 +56,7 @@ TARGETS = {
         "results/tables/categories.csv",
         "results/figures/kmeans.png",
         "results/tables/constrained.csv",
+        "results/figures/by-category.png",
         *expand(
             "results/constrained/{way}{category}.png",
             way=["", "guided/"],

@@ -137,6 +137,32 @@ rule constrained_sheet:
         "../scripts/constrained_sheet.py"
 
 
+rule by_category:
+    input:
+        expand(
+            "results/constrained/{category}.h5",
+            category=config["constrained"]["categories"],
+        ),
+    output:
+        report(
+            "results/figures/by-category.png",
+            caption="../report/by_category.rst",
+            category="Constrained",
+        ),
+    log:
+        "results/logs/by_category.log",
+    benchmark:
+        "results/benchmarks/by_category.tsv"
+    conda:
+        "../envs/neumat.yaml"
+    params:
+        code=code("by_category"),
+        size=config["render"]["grid_size"],
+        samples=config["render"]["grid_samples"],
+    script:
+        "../scripts/by_category.py"
+
+
 rule constrained_table:
     input:
         found=expand(

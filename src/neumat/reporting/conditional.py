@@ -1,4 +1,4 @@
-"""M3ashy's Figs. 7 to 9 from the samples of an evaluation."""
+"""M3ashy's Figs. 6 to 9: materials of each category, and from the samples of an evaluation."""
 
 import numpy as np
 
@@ -26,8 +26,23 @@ def request_figure(requests, weights, size, spp, path):
     chosen = [i for i, name in enumerate(requests.names) if wanted is None or name in wanted]
     chosen = chosen[:IMAGES] if wanted is None else chosen or list(range(min(2, len(requests))))
     each = weights.view(len(requests), -1, weights.shape[1])[chosen, :PER_REQUEST]
-    n = each.shape[1]
-    sheet = render_grid(each.flatten(0, 1), n, size, spp)
-    pictures = sheet.reshape(len(chosen), size, n, size, 3).swapaxes(1, 2)
+    pictures = _pictures(each.flatten(0, 1), each.shape[1], size, spp)
     shown = None if requests.shown is None else [np.asarray(requests.shown[i]) for i in chosen]
     request_sheet([requests.names[i] for i in chosen], pictures, path, shown)
+
+
+def category_figure(found, size, spp, path):
+    """Write the first PER_REQUEST materials of each category, {category: weights (k, 675)}, as PNG; where there are
+    fewer, the rest of the row stays empty."""
+    pictures = np.full((len(found), PER_REQUEST, size, size, 3), 255, np.uint8)
+    for row, weights in zip(pictures, found.values(), strict=True):
+        first = weights[:PER_REQUEST]
+        if len(first):
+            row[: len(first)] = _pictures(first, len(first), size, spp)[0]
+    request_sheet(list(found), pictures, path)
+
+
+def _pictures(weights, columns, size, spp):
+    """Return pictures uint8 (rows, columns, size, size, 3) of fields (rows columns, 675)."""
+    sheet = render_grid(weights, columns, size, spp)
+    return sheet.reshape(-1, size, columns, size, 3).swapaxes(1, 2)

@@ -26,6 +26,7 @@ REQUESTS = {
     "figures/by-text.png": "Materials from prompts that no training text holds; rendered with Mitsuba 3",
     "figures/by-type.png": "Materials by type; rendered with Mitsuba 3",
     "figures/by-image.png": "Materials from pictures (left) of held-out materials; rendered with Mitsuba 3",
+    "figures/by-category.png": "Materials of each category, by rejection; rendered with Mitsuba 3",
     "charts/guidance.png": "Chart 3: how well requests are met, diversity and invalid draws against the guidance scale",
     "charts/constrained.png": "Seconds that a material of each category costs, by rejection and by request",
 }

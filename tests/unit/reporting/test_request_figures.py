@@ -1,7 +1,9 @@
 import numpy as np
 import pandas as pd
+import torch
 from PIL import Image
 
+from neumat.reporting import conditional
 from neumat.reporting.request_figures import guidance_chart, request_sheet
 
 
@@ -23,3 +25,15 @@ def test_the_guidance_chart_is_drawn_even_where_nothing_is_valid(tmp_path):
     guidance_chart(table, 0.0, tmp_path / "guidance.png")
     assert Image.open(tmp_path / "guidance.png").size[0] > 1000
     assert (tmp_path / "guidance.svg").stat().st_size > 5000
+
+
+def test_a_category_of_which_little_was_found_leaves_its_row_empty(tmp_path, monkeypatch):
+    red = np.zeros((8, 8, 3), np.uint8)
+    red[..., 0] = 255
+    monkeypatch.setattr(conditional, "render_grid", lambda weights, columns, *_: np.tile(red, (1, columns, 1)))
+    found = {"diffuse": torch.zeros(6, 675), "mirror": torch.zeros(2, 675), "metallic": torch.zeros(0, 675)}
+    conditional.category_figure(found, 8, 1, tmp_path / "sheet.png")
+    image = np.asarray(Image.open(tmp_path / "sheet.png").convert("RGB")).astype(int)
+    drawn = (image[..., 0] > 200) & (image.sum(2) < 300)
+    left, right = drawn[:, : drawn.shape[1] // 2].sum(), drawn[:, drawn.shape[1] // 2 :].sum()
+    assert 2.2 < left / right < 2.8  # five of six, beside two; nothing below

@@ -264,6 +264,7 @@ from neumat.render.mitsuba_scene import mitsuba
 assert mitsuba().variant() == "scalar_rgb"
 from neumat.scenes.compose import compose
 from neumat.scenes.models import Model
+from neumat.scenes.pictures import render
 from neumat.scenes.replay import queried, replay
 from neumat.scenes.trace import trace
 layout, models = json.loads(sys.argv[1])
@@ -276,17 +277,18 @@ units = [[sorted(vertex.lit), sorted(vertex.onward)] for vertex in found.vertice
 print(json.dumps([
     list(radiance.shape), units, found.first.tolist(), pixels.mean((0, 1)).tolist(),
     ((pixels.var(1) / 8).sum(0).sqrt() / 12).tolist(), found.picture(radiance).shape,
+    render(composition, 64).mean((0, 1)).tolist(),
 ]))
 """
 
 
-def test_the_scalar_variant_traces_the_same(layout, grey, glossy):
+def test_the_scalar_variant_traces_and_renders_the_same(layout, grey, glossy):
     more = {"masks": ["checker"], "normals": "hammered"}
     made = layout({"floor": ("plane", ["a"], {}), "sheet": ("drape", ["a", "b"], more)})
     models = {("floor", 0): grey(0.5), ("sheet", 0): glossy, ("sheet", 1): grey(0.2)}
     told = json.dumps([made, [(*unit, model.rung, model.numbers.tolist()) for unit, model in models.items()]])
     answer = subprocess.run([sys.executable, "-c", SCALAR, told], check=True, capture_output=True, text=True).stdout
-    shape, units, first, mean, error, picture = json.loads(answer.splitlines()[-1])
+    shape, units, first, mean, error, picture, rendered = json.loads(answer.splitlines()[-1])
     composition = compose(made, {unit: model.plugin(None) for unit, model in models.items()}, 4, 3)
     compiled = trace(composition, made, 64)
     radiance = replay(compiled, queried(compiled, {unit: model.material for unit, model in models.items()}))
@@ -299,3 +301,4 @@ def test_the_scalar_variant_traces_the_same(layout, grey, glossy):
     expected = radiance.mean(0).numpy()
     assert (np.array(error) < 0.15 * expected).all()
     assert (np.abs(np.array(mean) - expected) < 4 * np.array(error)).all()
+    assert (np.abs(np.array(rendered) - expected) < 2 * np.array(error)).all()  # of 8 times as many samples
