@@ -14,7 +14,7 @@ SETTINGS = {
     "height": 32,
     "trace": {"width": 24, "samples": 16},
     "verify": {"width": 24, "samples": 32},
-    "fit_steps": 60,
+    "fit_steps": 150,
     "tolerances": [1e-6, 0.03, 1.0],
 }
 OBJECT = {"at": [0, 0], "size": 1.0, "turn": 0.0, "masks": [], "bump": None, "normals": None}
