@@ -12,15 +12,13 @@ from neumat.augment.manifest import read_manifest
 from neumat.augment.permutations import PERMUTATIONS, channel_order
 from neumat.brdf.types import read_types, type_names, type_rows
 from neumat.conditions.encoders import make_encoder
-from neumat.conditions.looks import colour_names
 from neumat.conditions.photos import augmented, lighting
 from neumat.conditions.texts import captions, thing_of
 from neumat.fields.store import read_neumerl
 from neumat.files import atomic_path, open_store
 from neumat.metrics.appearance import appearance
 from neumat.metrics.prompts import read_prompts
-from neumat.metrics.words import gloss_name
-from neumat.render.scene import to_srgb8
+from neumat.metrics.words import colour_name, gloss_name
 from neumat.render.sphere import FrozenSphere, radiance_fields
 
 SCHEMA = 1
@@ -43,6 +41,13 @@ class Conditions:
     text: torch.Tensor
     image: torch.Tensor
 
+    @property
+    def even_colours(self):
+        """Weights (n,), float64, by which materials are drawn so that every colour comes up equally often: there are
+        25 times as many green ones as orange ones, and people ask for both."""
+        colour = self.facts["colour"]
+        return torch.from_numpy(1 / colour.map(colour.value_counts()).to_numpy(float))
+
 
 def make_conditions(neumerl, manifest, types, prompts, config, seed, progress=iter):
     """Return the Conditions of all materials. neumerl, manifest, types, prompts: paths.
@@ -55,13 +60,11 @@ def make_conditions(neumerl, manifest, types, prompts, config, seed, progress=it
     facts = pd.DataFrame([thing_of(row, table) for row in rows.itertuples()], columns=["thing", "family"])
     facts.insert(0, "name", rows["name"])
     seen = appearance(weights)
-    facts["gloss"] = gloss_name(seen)
+    facts["colour"], facts["gloss"] = colour_name(seen), gloss_name(seen)
 
     images = []
     for k in progress(range(config["pictures"])):
         linear = _pictures(weights, lighting(k % config["lightings"]))
-        if k == 0:
-            facts["colour"] = colour_names(to_srgb8(linear), seen["metallic"])
         images.append(encoder.encode_image(augmented(linear, seed, k)))
 
     said = captions(facts, config["captions"], read_prompts(prompts, table["family"].unique())["prompt"], seed)

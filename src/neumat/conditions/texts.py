@@ -1,13 +1,30 @@
 """Captions of materials: truthful descriptions in many wordings, for the text condition.
 
 M3ashy (section 4.4) takes the description from the material's name, drops colour words of permuted materials and
-calls a blend "a mixture of A and B". Here the colour of every material, permuted or not, is named from its picture
-(`looks.py`) and its gloss from its BRDF (`neumat.metrics.words`), so that captions are true and tell colours apart.
+calls a blend "a mixture of A and B". Here the colour and the gloss of every material, permuted or not, are named from
+what its BRDF looks like (`neumat.metrics.words`), so that captions are true and tell colours apart.
 """
 
-from neumat.conditions.looks import WORDS
 from neumat.seeds import numpy_generator
 
+# How else one says the words of `neumat.metrics.words`.
+COLOURS = {
+    "red": ("red",),
+    "orange": ("orange",),
+    "yellow": ("yellow",),
+    "green": ("green",),
+    "turquoise": ("turquoise", "cyan", "teal"),
+    "blue": ("blue",),
+    "purple": ("purple", "violet"),
+    "pink": ("pink", "rose"),
+    "brown": ("brown",),
+    "beige": ("beige", "light brown"),
+    "white": ("white",),
+    "gray": ("gray", "grey"),
+    "black": ("black",),
+    "gold": ("gold", "golden"),
+    "silver": ("silver", "silvery gray"),
+}
 GLOSS = {
     "matte": ("matte", "dull", "flat", "rough", "non-reflective"),
     "satin": ("satin", "semi-gloss", "soft-sheen"),
@@ -51,7 +68,7 @@ WORDINGS = (
 def captions(facts, count, unseen, seed):
     """Return a list of `count` captions for each row of `facts`, drawn by `seed` and the row's name.
 
-    facts: DataFrame with the columns name, colour (a key of WORDS), gloss (a key of GLOSS), thing (the description
+    facts: DataFrame with the columns name, colour (a key of COLOURS), gloss (a key of GLOSS), thing (the description
     without colour), family (empty where unknown). unseen: prompts that test what was not trained on: no caption is one
     of them, nor contains one of several words.
     """
@@ -79,7 +96,7 @@ def _of_one(row, count, unseen, generator):
     while len(made) < count:
         wording = usable[generator.integers(len(usable))]
         text = wording.format(
-            colour=generator.choice(WORDS[row.colour]),
+            colour=generator.choice(COLOURS[row.colour]),
             gloss=generator.choice(GLOSS[row.gloss]),
             thing=row.thing,
             family=row.family,

@@ -32,6 +32,7 @@ def training_conditions(conditions, projection, category, train):
         "type": conditions.type[train],
         "category": torch.as_tensor(category[train]).float(),
         "text": projection.text(conditions.text[train]),
+        "said": conditions.even_colours[train],
         "image": projection.image(conditions.image[train]),
     }
 

@@ -80,7 +80,8 @@ class ConditionalDiffusion:
         """Tune the network to weights (n, 675) and their conditions; return self.
 
         conditions: type (n, T); category (n, C), 0 or 1: a material may be in several; text (n, p, size) and image
-        (n, a, size), of which one is drawn at each use. See GenerativeModel.fit for the other arguments.
+        (n, a, size), of which one is drawn at each use; said (n,), how often a material is drawn where a text is
+        given, in proportion. See GenerativeModel.fit for the other arguments.
         """
         tuning = self.tuning
         coordinates, denoiser = self.base.restored()
@@ -95,6 +96,8 @@ class ConditionalDiffusion:
         def loss(generator):
             given = _given(tuning.batch, tuning.given, generator)
             rows = torch.randint(len(data), (tuning.batch,), generator=generator)
+            spoken = torch.multinomial(conditions["said"], tuning.batch, replacement=True, generator=generator)
+            rows = torch.where(given[:, MODALITIES.index("text")] > 0, spoken, rows)
             category, members = _members(conditions["category"], tuning.batch, generator)
             rows = torch.where(given[:, MODALITIES.index("category")] > 0, members, rows)
             asked = {"type": conditions["type"][rows], "category": category}

@@ -63,6 +63,7 @@ def bench():
         "category": one_hot(kind + 5, len(CATEGORIES)).float(),
         "text": projection.text(said)[kind][:, None],
         "image": projection.image(toy.encode_image(seen))[:, None],
+        "said": torch.ones(len(seen)),
     }
 
     index = np.arange(MATERIALS)

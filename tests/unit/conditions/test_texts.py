@@ -3,9 +3,9 @@ import re
 import pandas as pd
 import torch
 
-from neumat.conditions.looks import WORDS, colour_names
-from neumat.conditions.texts import GLOSS, captions, thing_of
-from neumat.render import scene
+from neumat.conditions.store import Conditions
+from neumat.conditions.texts import COLOURS, GLOSS, captions, thing_of
+from neumat.metrics import words as measured
 
 FACTS = pd.DataFrame(
     {
@@ -20,7 +20,7 @@ FACTS = pd.DataFrame(
 
 def test_captions_say_nothing_untrue_of_the_colour_or_the_gloss():
     for row, texts in zip(FACTS.itertuples(), captions(FACTS, 200, [], seed=0), strict=True):
-        for words, own in ((WORDS, row.colour), (GLOSS, row.gloss)):
+        for words, own in ((COLOURS, row.colour), (GLOSS, row.gloss)):
             false = {word for key, group in words.items() for word in group if word not in words[own]}
             # "specular" and "reflective" are parts of longer words of other groups.
             false -= {part for word in words[own] for part in word.split()}
@@ -49,15 +49,12 @@ def test_blends_are_mixtures_and_unknown_sources_are_called_by_their_name():
     ]  # fmt: skip
 
 
-def test_colours_of_even_spheres():
-    linear = torch.tensor(
-        [
-            [0.5, 0.02, 0.02], [0.02, 0.3, 0.02], [0.02, 0.03, 0.4], [0.3, 0.3, 0.3], [0.002, 0.002, 0.002],
-            [0.5, 0.35, 0.01], [0.05, 0.05, 0.05], [0.06, 0.03, 0.02],
-        ]
-    )  # fmt: skip
-    pictures = scene.to_srgb8(linear[:, None, None].expand(-1, 32, 32, 3).clone(), 1.0)
-    expected = ["red", "green", "blue", "white", "black", "yellow", "gray", "brown"]
-    assert colour_names(pictures, [False] * 8) == expected
-    as_metals = ["red", "green", "blue", "silver", "black", "gold", "silver", "brown"]
-    assert colour_names(pictures, [True] * 8) == as_metals
+def test_every_colour_and_gloss_that_can_be_measured_can_be_said():
+    assert tuple(COLOURS) == measured.COLOURS
+    assert tuple(GLOSS) == measured.GLOSS
+
+
+def test_every_colour_is_drawn_as_often():
+    facts = pd.DataFrame({"colour": ["green", "green", "green", "red", "blue", "blue"]})
+    share = Conditions("toy", [], torch.zeros(6, 0), facts, [], torch.zeros(6, 1, 2), torch.zeros(6, 1, 2)).even_colours
+    assert share[:3].sum().item() == share[3].item() == share[4:].sum().item()

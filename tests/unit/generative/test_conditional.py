@@ -27,6 +27,7 @@ def data():
         "category": category,
         "text": embedding[:, None].expand(-1, 2, -1),
         "image": embedding[:, None].expand(-1, 3, -1),
+        "said": torch.ones(N),
     }
     return weights, conditions
 
