@@ -1,7 +1,8 @@
 """How well samples follow their requests, beside null baselines and the training set's own value.
 
 No judge here shares anything with the encoders or the generative model (`metrics.appearance`, `type_scorer`,
-`text_scorer`, `alignment`). Requests are the types, the unseen prompts, and pictures of held-out materials.
+`text_scorer`, `alignment`); captions take their words for colour and gloss from where the judge does. Requests are the
+types, the unseen prompts, and pictures of held-out materials.
 """
 
 import functools

@@ -106,7 +106,8 @@ def _on_demand(folder):
         "",
         "### Materials on demand",
         "",
-        "How well samples follow their requests, by judges that share nothing with the encoders or the model. "
+        "How well samples follow their requests, by judges that share nothing with the encoders or the model but what "
+        "words for colour and gloss mean. "
         "Distances are BRDF-L1-log, RMSE that of pictures; `rank of the prompt`: median among the unseen prompts:",
         "",
         _table(shown),

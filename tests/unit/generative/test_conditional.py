@@ -66,6 +66,14 @@ def test_rows_may_ask_for_different_things(model):
     assert levels[::2].mean() > 0.2 > 0.1 > levels[1::2].mean()
 
 
+def test_texts_give_what_is_drawn_for_texts(data, model):
+    """Where all materials have the same text, it means those that are drawn for it."""
+    weights, conditions = data
+    conditions = conditions | {"text": one_hot(7, 8).expand(N, 2, -1), "said": conditions["type"][:, 0]}
+    tuned = ConditionalDiffusion(model.base, model.tuning, {}, {}).fit(weights, conditions, seed=1)
+    assert (level(tuned.draw(40, 2, {"text": one_hot(7, 8)})) > 0.15).float().mean() > 0.9
+
+
 def test_guidance_of_minus_one_is_exactly_the_unconditional_model(model):
     expected = torch.from_numpy(model.base.sample(6, seed=3))
     assert torch.equal(model.draw(6, 3, {"type": one_hot(0, 2)}, -1.0), expected)
