@@ -81,21 +81,13 @@ def _mixture(densities, energy):
         # Where nothing is reflected there is no gain, and the cosine lobe takes all.
         shares[0] = shares[0].clamp_min(LEAST_COSINE)
         shares = shares / shares.sum(0)
-    mixed, alone = (_moment(parts, densities, energy) for parts in (shares, _cosine(shares)))
+    cosine = torch.zeros_like(shares)
+    cosine[0] = 1
+    mixed, alone = (
+        (energy / (parts[..., None] * densities).sum(0).clamp_min(1e-12)).sum(1) for parts in (shares, cosine)
+    )
     poor = alone < LEAST_GAIN * mixed
-    return torch.where(poor, _cosine(shares), shares), torch.where(poor, alone, mixed)
-
-
-def _cosine(shares):
-    """Return the shares (lobes, ANGLES) of the cosine lobe alone."""
-    alone = torch.zeros_like(shares)
-    alone[0] = 1
-    return alone
-
-
-def _moment(shares, densities, energy):
-    """Return the second moment (ANGLES,) that a mixture leaves."""
-    return (energy / (shares[..., None] * densities).sum(0).clamp_min(1e-12)).sum(1)
+    return torch.where(poor, cosine, shares), torch.where(poor, alone, mixed)
 
 
 def check_sampler(name):
