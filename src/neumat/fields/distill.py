@@ -23,7 +23,7 @@ from neumat.brdf.coordinates import above_horizon, cosines, grid_angles, half_di
 from neumat.errors import NeumatError
 from neumat.fields.field import log_reflectance
 from neumat.fields.layout import WIDTHS, unpack
-from neumat.fields.soap import Soap
+from neumat.fields.optimisers import Soap
 from neumat.files import atomic_path
 from neumat.seeds import torch_generator
 

@@ -4,19 +4,22 @@ The loss is NBRDF's mean absolute logarithmic cosine difference (Sztrajman et al
 passes are written out: at 21 units a framework's bookkeeping costs more than the arithmetic.
 """
 
+import functools
 import math
 
 import torch
 
 from neumat.brdf.coordinates import GRID, cosines, grid_angles, half_difference
 from neumat.errors import NeumatError
-from neumat.fields.layout import WIDTHS, size, unpack
+from neumat.fields.layout import WIDTHS, matrices, size, unpack
+from neumat.fields.optimisers import Adam, Soap
 from neumat.seeds import torch_generator
 
-GROUP = 32  # materials side by side: with batches of 256 their activations stay in the second-level cache
+GROUP = 32  # materials side by side
 HELD_OUT = 0.2
 OUTLIER = 0.25  # of what a constant reflectance loses
 ROUNDS = 4
+OPTIMISERS = {"adam": Adam, "soap": functools.partial(Soap, momentum=0.9)}
 
 
 class Directions:
@@ -93,13 +96,14 @@ def gradient(weights, widths, inputs, cosine, target, dtype):
 
 
 def train(values, directions, start, config, seed, widths=WIDTHS, progress=iter):
-    """Return the fitted weights (K, size), by Adam from `start` (K, size).
+    """Return the fitted weights (K, size), by Adam or SOAP from `start` (K, size).
 
     values: (V, K, 3) float16, 1/sr. config: the section `fit`. `progress` wraps the range of steps.
     """
     dtype = getattr(torch, config["precision"])
     order = training_order(directions, config, seed)
-    weights, mean, square = start.clone(), torch.zeros_like(start), torch.zeros_like(start)
+    weights = start.clone()
+    optimisers = [OPTIMISERS[config["optimiser"]](matrix) for matrix in matrices(weights, widths)]
     rows = torch.cat([directions.inputs, torch.ones_like(directions.cosine), directions.cosine], 1)
     flat, shape = values.flatten(1), (*values.shape[1:], config["batch_size"])
     steps = len(order)
@@ -107,10 +111,8 @@ def train(values, directions, start, config, seed, widths=WIDTHS, progress=iter)
         *inputs, cosine = rows.index_select(0, order[step]).T
         target = torch.log1p(flat.index_select(0, order[step]).float().T * cosine).view(shape)
         grad = gradient(weights, widths, torch.stack(inputs).to(dtype), cosine, target, dtype)
-        mean.lerp_(grad, 0.1)
-        square.mul_(0.999).addcmul_(grad, grad, value=0.001)
-        rate = learning_rate(step, steps, config) / (1 - 0.9 ** (step + 1))
-        weights.addcdiv_(mean, (square / (1 - 0.999 ** (step + 1))).sqrt_().add_(1e-8), value=-rate)
+        for optimiser, part in zip(optimisers, matrices(grad, widths), strict=True):
+            optimiser.step(part, learning_rate(step, steps, config))
     return weights
 
 
@@ -184,10 +186,10 @@ def first_field(values, directions, config, seed, widths=WIDTHS, progress=iter):
     """Return (size,) weights fitted to one material (V, 1, 3) with every unit at work: the start of all other fits.
 
     A ReLU unit that no direction switches on stays dead, here and in every fit that starts here: left alone, 13 of 21
-    units die, and the fits lose twice as much. So the budget goes in ROUNDS, and dead units start afresh between them.
+    units die, and the fits lose twice as much. So there are ROUNDS of `samples`, and dead units start afresh between
+    them. All fits gain from a good start, which is found once.
     """
     weights = random_weights(widths, seed, "first field")
-    config = config | {"samples": config["samples"] // ROUNDS}
     for k in range(ROUNDS):
         weights = revive(weights, directions.inputs[::97], random_weights(widths, seed, f"revival {k}"), widths)
         weights = train(values, directions, weights[None].clone(), config, f"{seed}/first {k}", widths, progress)[0]

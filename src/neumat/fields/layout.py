@@ -46,6 +46,12 @@ def unpack(weights, widths=WIDTHS):
     return layers
 
 
+def matrices(weights, widths=WIDTHS):
+    """Return [(..., in + 1, out)], views into `weights` (..., size): each layer's kernel, its bias as the last row."""
+    parts = weights.split([(a + 1) * b for a, b in pairwise(widths)], -1)
+    return [part.unflatten(-1, (a + 1, b)) for part, (a, b) in zip(parts, pairwise(widths), strict=True)]
+
+
 def permutation_indices(permutation, widths=WIDTHS):
     """Return the (size,) gather indices that permute a field's colour channels: "gbr" puts G into R's place."""
     order = torch.tensor(channel_order(permutation))

@@ -16,8 +16,8 @@ import torch
 from neumat.brdf.analytic import SGD_PARAMETERS
 from neumat.brdf.coordinates import cosines, half_difference
 from neumat.fields.fit import learning_rate
-from neumat.fields.layout import unpack
-from neumat.fields.soap import Soap
+from neumat.fields.layout import matrices
+from neumat.fields.optimisers import Soap
 from neumat.scenes.models import WIDTHS, Model
 from neumat.seeds import torch_generator
 
@@ -207,7 +207,7 @@ def pruned(fields, pools, width):
     at = torch.arange(0, POOL, POOL // PROBES)
     inputs = half_difference(*(axis[:, at] for axis in pools.angles))
     target = pools.values[:, at]
-    layers = [torch.cat([kernel, bias[:, None]], 1) for kernel, bias in unpack(fields)]
+    layers = matrices(fields)
     while layers[0].shape[2] > width:
         for k in (0, 1):
             units = range(layers[k].shape[2])

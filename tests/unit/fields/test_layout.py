@@ -4,7 +4,7 @@ import torch
 from neumat.augment.permutations import PERMUTATIONS
 from neumat.errors import NeumatError
 from neumat.fields.field import evaluate
-from neumat.fields.layout import SIZE, permute_channels, unpack
+from neumat.fields.layout import SIZE, matrices, permute_channels, unpack
 
 
 def random_fields(count, seed=0):
@@ -20,6 +20,14 @@ def test_the_675_vector_holds_the_published_architecture():
     shapes = [(tuple(kernel.shape), tuple(bias.shape)) for kernel, bias in unpack(torch.zeros(SIZE))]
     assert SIZE == 675
     assert shapes == [((6, 21), (21,)), ((21, 21), (21,)), ((21, 3), (3,))]
+
+
+def test_a_layer_s_kernel_and_bias_are_one_matrix_of_the_same_memory():
+    weights = random_fields(4)
+    for matrix, (kernel, bias) in zip(matrices(weights), unpack(weights), strict=True):
+        assert torch.equal(matrix, torch.cat([kernel, bias[:, None]], 1))
+    matrices(weights)[2][:] = 0
+    assert (unpack(weights)[2][1] == 0).all()
 
 
 @pytest.mark.parametrize("permutation", PERMUTATIONS)

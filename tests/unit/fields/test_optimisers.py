@@ -1,8 +1,8 @@
-"""The optimiser of the distillation: what preconditioning in an eigenbasis promises."""
+"""SOAP: what preconditioning in an eigenbasis promises."""
 
 import torch
 
-from neumat.fields.soap import Soap
+from neumat.fields.optimisers import Adam, Soap
 
 
 def descend(start, gradient, steps=200, rate=0.05):
@@ -47,3 +47,23 @@ def test_a_turned_problem_is_solved_in_the_same_way():
     turn = torch.linalg.qr(torch.randn(6, 6, generator=generator, dtype=torch.float64)).Q
     turned = descend(turn @ start, lambda w: turn @ gradient(turn.T @ w), steps=60)
     torch.testing.assert_close(turn.T @ turned, descend(start, gradient, steps=60), rtol=1e-3, atol=1e-3)
+
+
+def test_a_network_that_has_diverged_stops_no_other():
+    start, _target, gradient = problem()
+    broken = start.clone()
+    broken[1] = torch.nan
+    found, expected = descend(broken, gradient), descend(start, gradient)
+    assert found[1].isnan().all()
+    torch.testing.assert_close(found[[0, 2]], expected[[0, 2]], rtol=1e-6, atol=1e-6)
+
+
+def test_adam_is_that_of_pytorch():
+    start, _, gradient = problem()
+    theirs, ours = start.clone().requires_grad_(), start.clone()
+    optimiser, adam = torch.optim.Adam([theirs], lr=0.05), Adam(ours)
+    for _ in range(20):
+        theirs.grad = gradient(theirs.detach())
+        optimiser.step()
+        adam.step(gradient(ours), 0.05)
+    torch.testing.assert_close(ours, theirs.detach())
