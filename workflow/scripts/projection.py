@@ -13,8 +13,8 @@ with stage(snakemake):
     conditions = read_conditions(snakemake.input.conditions)
     train, _ = protocol_indices(read_manifest(snakemake.input.manifest), "parity")
     projection = Projection.fit(
-        conditions.encoder, conditions.text[train], conditions.image[train], conditions.even_colours[train],
-        **params.projection, seed=params.seed, progress=progress,
+        conditions.encoder, conditions.text[train], conditions.image[train], **params.projection,
+        seed=params.seed, progress=progress,
     )  # fmt: skip
     with atomic_path(snakemake.output[0]) as temporary:
         save_file(projection.state, temporary, {"encoder": projection.encoder})

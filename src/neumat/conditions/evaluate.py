@@ -1,8 +1,9 @@
 """How well samples follow their requests, beside null baselines and the training set's own value.
 
 No judge here shares anything with the encoders or the generative model (`metrics.appearance`, `type_scorer`,
-`text_scorer`, `alignment`); captions take their words for colour and gloss from where the judge does. Requests are the
-types, the unseen prompts, and pictures of held-out materials.
+`text_scorer`, `alignment`). Captions, and what the best of several candidates is told by, take their words for colour
+and gloss from where the judge does: colour and gloss of "best of k" show what is served, those without what the model
+knows. Requests are the types, the unseen prompts, and pictures of held-out materials.
 """
 
 import functools
@@ -43,12 +44,13 @@ SEVERAL = 2  # sources of a type, from which a judge that has not seen the neare
 @dataclass(frozen=True)
 class Requests:
     """What is asked of a method: `modality`; `names` (r,) of the requests; `embedding` (r, size), as the model takes
-    it; for images also `targets`, the fields shown (r, 675) or their pictures under the judge's light, and `shown`
-    (r, H, W, 3) uint8, what was asked with."""
+    it; for texts also `texts` (r, t), as encoded; for images `targets`, the fields shown (r, 675) or their pictures
+    under the judge's light, and `shown` (r, H, W, 3) uint8, what was asked with."""
 
     modality: str
     names: list
     embedding: torch.Tensor
+    texts: torch.Tensor | None = None
     targets: torch.Tensor | None = None
     shown: torch.Tensor | None = None
 
@@ -106,13 +108,14 @@ class Bench:
         names = [self.conditions.facts["name"][i] for i in self.shown]
         result = [
             Requests("type", known, rows),
-            Requests("text", prompts, self.synthesiser.texts(prompts)),
-            Requests("image", names, self.synthesiser.images(taken), shown, taken),
+            Requests("text", prompts, self.synthesiser.texts(prompts), self.synthesiser.encoder.encode_text(prompts)),
+            Requests("image", names, self.synthesiser.images(taken), targets=shown, shown=taken),
         ]
         if self.measured:
             names, linear, judged = measured_pictures(self.measured, self.camera, self.sphere)
             taken = augmented(linear, self.seed, "measured")
-            result.append(Requests("measured", names, self.synthesiser.images(taken), to_srgb8(judged), taken))
+            embedding = self.synthesiser.images(taken)
+            result.append(Requests("measured", names, embedding, targets=to_srgb8(judged), shown=taken))
         return result
 
     def nearest(self, requests, n):
@@ -240,9 +243,13 @@ def compare(bench, n, guidance, candidates, seed, progress=iter):
         samples[requests.modality] = requests, weights
         if requests.modality != "type" and candidates > 1:
             each = requests.each(n * candidates)
+            texts = None if requests.texts is None else requests.texts.repeat_interleave(n * candidates, 0)
             for method, asked in (("conditional", each), ("null: unconditional", {})):
                 many, _ = model.sample(len(every) * candidates, seed, asked, guidance)
-                answers[f"{method}, best of {candidates}"] = bench.synthesiser.best(many, each, candidates), every
+                answers[f"{method}, best of {candidates}"] = (
+                    bench.synthesiser.best(many, each, candidates, texts),
+                    every,
+                )
             samples[requests.modality] = requests, answers[f"conditional, best of {candidates}"][0]
         for method, (fields, belongs) in answers.items():
             if len(fields):

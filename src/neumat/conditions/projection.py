@@ -64,12 +64,11 @@ class Projection:
             self.networks[side].eval()
 
     @classmethod
-    def fit(cls, encoder, texts, images, share, power, steps, batch, seed, progress):
+    def fit(cls, encoder, texts, images, power, steps, batch, seed, progress):
         """Return the Projection trained by contrast (Radford et al. 2021): each picture against the captions of its
         material and against another picture of it, among `batch` materials a step.
 
-        texts (n, p, t), images (n, a, i): p captions and a pictures of each of n materials, encoded. share (n,): how
-        often a material is drawn, in proportion.
+        texts (n, p, t), images (n, a, i): p captions and a pictures of each of n materials, encoded.
         """
         augmentation = Augmentation.fit(texts.flatten(0, 1), power)
         texts = augmentation(texts.flatten(0, 1)).view_as(texts)
@@ -80,7 +79,7 @@ class Projection:
         caption = texts.flatten(0, 1).unique(dim=0, return_inverse=True)[1].view(texts.shape[:2])
 
         def loss(generator):
-            rows = torch.multinomial(share, batch, generator=generator)
+            rows = torch.randperm(len(texts), generator=generator)[:batch]
             p = torch.randint(texts.shape[1], (batch,), generator=generator)
             a, b = torch.randint(images.shape[1], (2, batch), generator=generator)
             # Materials that share the caption are no counterexamples of each other.

@@ -4,6 +4,7 @@ import logging
 
 import torch
 
+from neumat.conditions.descriptions import Descriptions
 from neumat.conditions.encoders import encoder_of
 from neumat.conditions.photos import check_picture, read_photo
 from neumat.conditions.projection import Projection
@@ -31,6 +32,7 @@ class Synthesiser:
         self.captions = extra.pop("captions")
         self.projection = Projection(model.notes["encoder"], extra)
         self.encoder = encoder_of(model.notes["encoder"])
+        self.descriptions = Descriptions(self.encoder)
         self.camera = FrozenSphere(SIZE, RINGS, AZIMUTHS)
 
     @classmethod
@@ -44,27 +46,29 @@ class Synthesiser:
         candidates: of which each material is the best, see `best`. request: see `request`. Raises NeumatError for a
         request that cannot be met.
         """
-        return self.answer(n, seed, self.request(**request), guidance, candidates)
-
-    def answer(self, n, seed, request, guidance, candidates):
-        """Return what `synthesise` does, for embedded requests {modality: (n, size) or (1, size)}."""
         if candidates < 1:
             raise NeumatError("candidates", "at least 1", candidates)
-        each = {
-            name: rows if len(rows) == 1 else rows.repeat_interleave(candidates, 0) for name, rows in request.items()
-        }
-        weights, drawn = self.model.sample(n * candidates, seed, each, guidance)
-        return self.best(weights, each, candidates), drawn
+        embedded = self.request(**request)
+        texts = self.encoder.encode_text([request["text"]]) if "text" in embedded else None
+        weights, drawn = self.model.sample(n * candidates, seed, embedded, guidance)
+        return self.best(weights, embedded, candidates, texts), drawn
 
-    def best(self, weights, request, candidates):
-        """Return, of every `candidates` fields in a row of weights (n candidates, 675), the one (n, 675) whose picture
-        comes nearest to the text and the image of its request; the first, where neither was given."""
+    def best(self, weights, request, candidates, texts=None):
+        """Return, of every `candidates` fields in a row of weights (n candidates, 675), the one (n, 675) that answers
+        its request best; the first, where neither a text nor an image was given.
+
+        That is the one whose picture comes nearest to text and image in the common space and whose description comes
+        nearest to `texts` (n candidates or 1, t), as encoded.
+        """
         wanted = [request[name] for name in ("text", "image") if name in request]
         if not wanted or candidates == 1:
             return weights[::candidates]
         edge = self.camera.size // EDGE
         seen = self.images(render_fields(self.camera, weights)[:, edge:-edge, edge:-edge])
-        score = sum((rows * seen).sum(1) for rows in wanted).view(-1, candidates)
+        score = sum((rows * seen).sum(1) for rows in wanted)
+        if texts is not None:
+            score = score + self.descriptions.match(weights, texts)
+        score = score.view(-1, candidates)
         return weights.view(len(score), candidates, -1)[torch.arange(len(score)), score.argmax(1)]
 
     def request(self, type=None, category=None, text=None, image=None):

@@ -29,7 +29,7 @@ def fitted():
     words, looks = torch.randn(6, 20, generator=g), torch.randn(6, 30, generator=g)
     texts = normalize(words, dim=1)[kind][:, None].expand(-1, 3, -1)
     images = looks[kind][:, None] + 0.3 * torch.randn(60, 4, 30, generator=g)
-    projection = Projection.fit("toy", texts, images, torch.ones(60), 0.0, 150, 30, 0, iter)
+    projection = Projection.fit("toy", texts, images, 0.0, 150, 30, 0, iter)
     return projection, texts, images, kind
 
 

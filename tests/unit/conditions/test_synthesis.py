@@ -4,10 +4,12 @@ import pytest
 import torch
 from torch.nn.functional import normalize
 
+from neumat.conditions.descriptions import Descriptions
 from neumat.conditions.synthesis import Synthesiser
 from neumat.errors import NeumatError
 from neumat.fields.layout import SIZE
 from neumat.render.sphere import FrozenSphere
+from neumat.seeds import torch_generator
 
 
 @pytest.mark.parametrize(
@@ -49,3 +51,23 @@ def test_of_its_candidates_each_request_gets_the_one_whose_picture_fits():
     assert torch.equal(synthesiser.best(weights, {"text": asked}, 3), lambert(red, green))
     assert torch.equal(synthesiser.best(weights, {"image": asked[:1]}, 3), lambert(red, red))
     assert torch.equal(synthesiser.best(weights, {"type": torch.ones(1, 1)}, 3), lambert(red, blue))
+
+
+class Words:
+    """A text is the sum of its words' random vectors."""
+
+    def encode_text(self, texts):
+        vectors = [[torch.randn(64, generator=torch_generator(0, word)) for word in text.split()] for text in texts]
+        return torch.stack([torch.stack(text).sum(0) for text in vectors])
+
+
+def test_what_is_called_as_the_text_says_wins_where_pictures_say_nothing():
+    synthesiser = Synthesiser.__new__(Synthesiser)
+    synthesiser.camera = FrozenSphere(48, 16, 32)
+    synthesiser.images = lambda pictures: torch.ones(len(pictures), 1)
+    synthesiser.descriptions = Descriptions(Words())
+    red, green, blue = (0.5, 0.05, 0.05), (0.05, 0.5, 0.05), (0.05, 0.05, 0.5)
+    weights = lambert(red, green, blue, blue, red, green)
+    for text, expected in (("red thing", red), ("a matte blue thing", blue), ("green", green)):
+        found = synthesiser.best(weights, {"text": torch.ones(1, 1)}, 3, Words().encode_text([text]))
+        assert torch.equal(found, lambert(expected, expected))

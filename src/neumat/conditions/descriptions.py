@@ -1,0 +1,31 @@
+"""What a material would be called, its colour and gloss in words, and how near that is to what a text says."""
+
+import itertools
+
+import torch
+from torch.nn.functional import normalize
+
+from neumat.metrics.appearance import appearance
+from neumat.metrics.words import COLOURS, GLOSS, colour_name, gloss_name
+
+
+class Descriptions:
+    """Every description there is, encoded by `encoder` (see `conditions.encoders`).
+
+    Features are compared as the encoder gives them, less what all descriptions have in common: the projection into the
+    common space forgets much of what it was not trained on.
+    """
+
+    def __init__(self, encoder):
+        self.words = list(itertools.product(COLOURS, GLOSS, (False, True)))
+        things = ("material", "metal")
+        features = encoder.encode_text([f"{gloss} {colour} {things[metal]}" for colour, gloss, metal in self.words])
+        self.centre = features.mean(0)
+        self.features = normalize(features - self.centre)
+
+    def match(self, weights, texts):
+        """Return the cosine (n,) of each field's (n, 675) own description with its encoded text, (n, t) or (1, t)."""
+        seen = appearance(weights)
+        named = zip(colour_name(seen), gloss_name(seen), seen["metallic"].astype(bool), strict=True)
+        own = self.features[torch.tensor([self.words.index(words) for words in named])]
+        return (own * normalize(texts - self.centre)).sum(1)
