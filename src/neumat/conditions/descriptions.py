@@ -2,9 +2,11 @@
 
 import itertools
 
+import numpy as np
 import torch
 from torch.nn.functional import normalize
 
+from neumat.conditions.texts import GLOSS as GLOSS_WORDINGS
 from neumat.metrics.appearance import appearance
 from neumat.metrics.words import COLOURS, GLOSS, colour_name, gloss_name
 
@@ -17,15 +19,18 @@ class Descriptions:
     """
 
     def __init__(self, encoder):
-        self.words = list(itertools.product(COLOURS, GLOSS, (False, True)))
-        things = ("material", "metal")
-        features = encoder.encode_text([f"{gloss} {colour} {things[metal]}" for colour, gloss, metal in self.words])
+        self.words = list(itertools.product(COLOURS, GLOSS, ("material", "metal")))
+        features = torch.stack([
+            encoder.encode_text([f"{wording} {colour} {thing}" for wording in GLOSS_WORDINGS[gloss]]).mean(0)
+            for colour, gloss, thing in self.words
+        ])  # fmt: skip
         self.centre = features.mean(0)
         self.features = normalize(features - self.centre)
 
     def match(self, weights, texts):
         """Return the cosine (n,) of each field's (n, 675) own description with its encoded text, (n, t) or (1, t)."""
         seen = appearance(weights)
-        named = zip(colour_name(seen), gloss_name(seen), seen["metallic"].astype(bool), strict=True)
+        things = np.where(seen["metallic"], "metal", "material")
+        named = zip(colour_name(seen), gloss_name(seen), things, strict=True)
         own = self.features[torch.tensor([self.words.index(words) for words in named])]
         return (own * normalize(texts - self.centre)).sum(1)

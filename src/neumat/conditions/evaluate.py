@@ -30,7 +30,7 @@ from neumat.metrics.novelty import NOVELTY_ENTRIES, nearest_training
 from neumat.metrics.prompts import read_prompts
 from neumat.metrics.text_scorer import TextScorer, material_texts, retrieval_rank
 from neumat.metrics.type_scorer import TypeScorer, accuracies
-from neumat.metrics.words import colour_right, gloss_right
+from neumat.metrics.words import colour_right, gloss_right, says
 from neumat.render.scene import to_srgb8
 from neumat.render.sphere import FrozenSphere, radiance_fields
 from neumat.seeds import numpy_generator
@@ -195,20 +195,19 @@ class Bench:
     def _texts(self, requests, weights, belongs):
         rank = retrieval_rank(self.texts.scores(weights, requests.names, unseen=True), belongs)
         result = {"rank of the prompt": (np.median(rank), len(rank)), "prompt among 3": (np.mean(rank <= 3), len(rank))}
-        right = self.words_right(weights, belongs)
-        return result | {f"{column} right": (hits.mean(), len(hits)) for column, hits in right.items()}
+        return result | self._words(weights, belongs)
 
-    def words_right(self, weights, belongs):
-        """Return {"colour": hits, "gloss": hits}: whether what can be measured of each prompt is true, bool arrays over
-        the fields whose prompt says something of it."""
+    def _words(self, weights, belongs):
+        """Return the share of fields of which is true what can be measured of their prompt; also of those prompts alone
+        that say the word: others leave it to what one knows of walnut or asphalt."""
         seen, result = appearance(weights), {}
         for column, right in (("colour", colour_right), ("gloss", gloss_right)):
-            hits = [
-                right(seen[belongs == i], self.prompts[column][i])
-                for i in np.unique(belongs)
-                if self.prompts[column][i]
-            ]
-            result[column] = np.concatenate(hits) if hits else np.array([])
+            expected = self.prompts[column]
+            hits = {i: right(seen[belongs == i], expected[i]) for i in np.unique(belongs) if expected[i]}
+            said = {i: hit for i, hit in hits.items() if says(self.prompts["prompt"][i], expected[i])}
+            for measure, found in ((f"{column} right", hits), (f"{column} right, where the prompt says it", said)):
+                judged = np.concatenate([*found.values()] or [[]])
+                result[measure] = (judged.mean() if len(judged) else np.nan, len(judged))
         return result
 
     def _images(self, requests, weights, belongs):

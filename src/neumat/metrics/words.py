@@ -24,7 +24,8 @@ GLOSS = ("matte", "satin", "glossy", "mirror")
 SATIN_CONTRAST, GLOSSY_CONTRAST, MIRROR_CONTRAST = 0.04, 0.006, 0.25  # the last two of the sharp core
 SHARP_SHARE, MIRROR_SHARE = 0.15, 0.7
 GLOSS_TOLERANCE = 1.25  # a factor
-GLOSS_SYNONYMS = {"shiny": "glossy", "mirror-like": "mirror", "diffuse": "matte", "dull": "matte"}
+GLOSS_SYNONYMS = {"shiny": "glossy", "mirror-like": "mirror", "specular": "glossy", "diffuse": "matte", "dull": "matte"}
+GLOSS_SYNONYMS |= {"sheen": "satin", "metal": "metallic"}
 GLOSS_ALSO = {"glossy": ("mirror",)}
 
 
@@ -68,13 +69,19 @@ def gloss_right(appearance, word):
     That is, whether a highlight of a contrast within a factor of GLOSS_TOLERANCE has that name. "metallic" is a word
     too, as `appearance` defines it. Raises NeumatError for any other word not in GLOSS or GLOSS_SYNONYMS.
     """
+    word = _known(word, (*GLOSS, "metallic"), GLOSS_SYNONYMS)
     if word == "metallic":
         return appearance["metallic"].to_numpy(bool)
-    word = _known(word, (*GLOSS, "metallic"), GLOSS_SYNONYMS)
     contrast, sharp = appearance["contrast"].to_numpy(), appearance["sharp_contrast"].to_numpy()
     factors = (1 / GLOSS_TOLERANCE, 1, GLOSS_TOLERANCE)
     names = [_gloss(contrast * a, sharp * b) for a, b in itertools.product(factors, factors)]
     return np.isin(names, [word, *GLOSS_ALSO.get(word, ())]).any(0)
+
+
+def says(text, word):
+    """Return whether a text holds `word`, of COLOURS, GLOSS or "metallic", or a synonym of it."""
+    synonyms = [other for other, meant in (SYNONYMS | GLOSS_SYNONYMS).items() if meant == word]
+    return not {word, *synonyms}.isdisjoint(text.lower().replace(",", " ").split())
 
 
 def _known(word, words, synonyms):
