@@ -19,38 +19,51 @@ from neumat.render.scene import to_srgb8
 from neumat.seeds import torch_generator
 
 PAPER = {"samples": 117_000_000, "schedule": "constant", "learning_rate": 5e-3, "batch_size": 512}
-PAPER |= {"highlight_share": 1.0, "optimiser": "adam", "precision": "float32"}
-ADAM = {"optimiser": "adam", "batch_size": 256, "learning_rate": 5e-3}  # the best found for Adam
+PAPER |= {"highlight_share": 1.0, "precision": "float32", "polish": {"samples": 0}}
+SHARES = (0.25, 0.5, 2, 4)  # of the default's samples, of both optimisers
 SWEEP = {
-    "samples": (0.125, 0.25, 0.5, 2),  # of the default
     "schedule": ("constant",),
     "precision": ("float32", "bfloat16"),
-    "learning_rate": (5e-3, 2e-2),
-    "batch_size": (256, 512, 2048),
+    "batch_size": (128, 512),
     "highlight_share": (0.0, 0.25, 0.5, 0.75, 1.0),
-    "width": (4, 8, 12, 32),
 }
+ADAM, SOAP = (2, 4), (1, 2)  # shares of the default's samples that go to one optimiser alone
+SOAP_RATE = 1e-2  # the best for SOAP alone
+WIDE = (4, 8, 12, 32)
 
 
 def variants(default):
-    """Return [(family, label, config, width)]: the default, one change at a time, Adam at once and twice the default's
-    samples, and the papers' schedule."""
-    name = f"{default['samples'] / 1e6:.3g} M, {default['optimiser']}, {default['schedule']}"
-    found = [("default", name, default, 21)]
+    """Return [(family, label, config, width)]: the default, one change at a time, each optimiser alone, and the papers'
+    schedule."""
+    found = [("default", f"{_millions(default)}, {default['schedule']}", default, 21)]
+    for share in SHARES:
+        config = _shared(default, share)
+        found.append(("samples", f"{_millions(config)} samples", config, 21))
     for key, values in SWEEP.items():
         for value in values:
-            if key == "width":
-                found.append((key, f"width {value}", default, value))
-            elif key == "samples":
-                samples = int(value * default["samples"])
-                found.append((key, f"{samples / 1e6:.3g} M samples", default | {"samples": samples}, 21))
-            elif value != default[key]:
+            if value != default[key]:
                 found.append((key, f"{key.replace('_', ' ')} {value}", default | {key: value}, 21))
-    for samples in (default["samples"], 2 * default["samples"]):
-        found.append(("optimiser", f"Adam, {samples / 1e6:.3g} M samples", default | ADAM | {"samples": samples}, 21))
+    alone = {"samples": 0}
+    for share in ADAM:
+        config = default | {"samples": int(share * default["samples"]), "polish": alone}
+        found.append(("optimiser", f"Adam alone, {_millions(config)}", config, 21))
+    for share in SOAP:
+        polish = {"samples": int(share * default["samples"]), "learning_rate": SOAP_RATE}
+        config = default | alone | {"polish": default["polish"] | polish}
+        found.append(("optimiser", f"SOAP alone, {_millions(config)}", config, 21))
+    found += [("width", f"width {width}", default, width) for width in WIDE]
     paper = default | PAPER
-    paper["samples"] = PAPER["samples"] * default["samples"] // 4_500_000  # in step with a smaller default
+    paper["samples"] = PAPER["samples"] * default["samples"] // 2_250_000  # in step with a smaller default
     return [*found, ("paper", "paper's schedule", paper, 21)]
+
+
+def _shared(default, share):
+    polish = default["polish"] | {"samples": int(share * default["polish"]["samples"])}
+    return default | {"samples": int(share * default["samples"]), "polish": polish}
+
+
+def _millions(config):
+    return f"{(config['samples'] + config['polish']['samples']) / 1e6:.3g} M"
 
 
 def published_rate(values, directions, seconds=5.0):
