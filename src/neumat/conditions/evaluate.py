@@ -245,10 +245,8 @@ def compare(bench, n, guidance, candidates, seed, progress=iter):
             texts = None if requests.texts is None else requests.texts.repeat_interleave(n * candidates, 0)
             for method, asked in (("conditional", each), ("null: unconditional", {})):
                 many, _ = model.sample(len(every) * candidates, seed, asked, guidance)
-                answers[f"{method}, best of {candidates}"] = (
-                    bench.synthesiser.best(many, each, candidates, texts),
-                    every,
-                )
+                best = bench.synthesiser.best(many, each, candidates, texts)
+                answers[f"{method}, best of {candidates}"] = best, every
             samples[requests.modality] = requests, answers[f"conditional, best of {candidates}"][0]
         for method, (fields, belongs) in answers.items():
             if len(fields):
