@@ -70,7 +70,7 @@ def test_a_fit_learns_what_a_constant_cannot(problem, change):
 
 def test_a_polish_lowers_the_loss(problem):
     directions, values, first = problem
-    plain, polished = (fit(values, directions, first, CONFIG | change, 0) for change in ({"polish": {"samples": 0}}, {}))
+    polished, plain = (fit(values, directions, first, CONFIG | c, 0) for c in ({}, {"polish": {"samples": 0}}))
     assert (polished["loss_grid"] < 0.9 * plain["loss_grid"]).all()
 
 
