@@ -18,6 +18,7 @@ GRAZING = math.radians(80)  # beyond it the MERL data are extrapolated
 # Entries with theta_d = phi_d = 0, one for each theta_h: light and view coincide and lie above the horizon.
 LINE = torch.arange(GRID[0]) * GRID[1] * GRID[2]
 CHANNELS = ("mean_r", "mean_g", "mean_b", "maximum_r", "maximum_g", "maximum_b")
+COUNTS = ("entries", "exceeding", "inner_entries", "inner_exceeding")
 BLOCK = 1 << 14  # entries of one material at a time
 
 

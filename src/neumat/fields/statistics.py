@@ -5,7 +5,7 @@ import torch
 
 from neumat.augment.permutations import PERMUTATIONS, channel_order
 from neumat.brdf.coordinates import grid_angles, half_difference
-from neumat.brdf.statistics import CHANNELS, F_DIFFUSE, LINE, split, statistics, valid_entries
+from neumat.brdf.statistics import CHANNELS, COUNTS, F_DIFFUSE, LINE, split, statistics, valid_entries
 from neumat.fields.field import MATERIALS, POINTS, reflectance, with_biases
 from neumat.fields.layout import permute_channels
 
@@ -13,19 +13,22 @@ from neumat.fields.layout import permute_channels
 class FieldStatistics:
     """Called with weights (n, 675) float32, returns their `neumat.brdf.statistics.statistics`, n rows.
 
-    f_diffuse: 1/sr. It holds the inputs of every entry above the horizon (31 MB).
+    f_diffuse: 1/sr. every: only each so many-th entry is looked at; counts are scaled to all of them. It holds the
+    inputs of these entries (31 MB for all that lie above the horizon).
     """
 
-    def __init__(self, f_diffuse=F_DIFFUSE):
-        self.f_diffuse = f_diffuse
+    def __init__(self, f_diffuse=F_DIFFUSE, every=1):
+        self.f_diffuse, self.every = f_diffuse, every
         entries = valid_entries()
-        self._parts = [_columns(entries[positions]).split(POINTS, 1) for positions in split(entries)]
+        self._parts = [_columns(entries[positions[::every]]).split(POINTS, 1) for positions in split(entries)]
         self._line = _columns(LINE)
 
     @torch.no_grad()
     def __call__(self, weights, progress=iter):
         tables = [self._block(block) for block in progress(weights.split(MATERIALS))]
-        return pd.concat(tables, ignore_index=True)
+        table = pd.concat(tables, ignore_index=True)
+        table[list(COUNTS)] *= self.every
+        return table
 
     def _block(self, weights):
         layers = with_biases(weights)

@@ -97,6 +97,20 @@ def test_diffuse_and_metallic_constants():
     assert InCategory("metallic", RULES)(weights).tolist() == [False, True]
 
 
+def test_only_what_a_first_look_leaves_is_judged_on_all_entries(monkeypatch):
+    weights = torch.zeros(3, SIZE)
+    weights[:, -3:] = torch.log1p(torch.tensor([[0.1], [0.4], [0.5]]))
+    inside = InCategory("diffuse", RULES)
+    judged, statistics = [], inside.statistics
+    monkeypatch.setattr(inside, "statistics", lambda w: judged.append(len(w)) or statistics(w))
+    assert inside(weights).tolist() == [True, False, False]
+    assert judged == [1]
+    judged.clear()
+    monkeypatch.setattr(inside, "look", lambda w: statistics(w).assign(exceeding=0))  # takes all for diffuse
+    assert inside(weights).tolist() == [True, False, False]
+    assert judged == [3]
+
+
 @pytest.mark.parametrize(("name", "number"), [("n", 0), ("budget", 0), ("batch", -1)])
 def test_numbers_are_checked(name, number):
     with pytest.raises(NeumatError, match=f"{name}: expected at least 1; found {number}"):
