@@ -103,12 +103,13 @@ class Bench:
         known = [name for name in self.synthesiser.types if name in set(self.source_types)]
         rows = torch.cat([self.synthesiser.request(type=name)["type"] for name in known])
         prompts = list(self.prompts["prompt"])
+        texts = self.synthesiser.encoded(prompts)
         shown = self.weights[self.shown]
         taken = augmented(radiance_fields(self.camera, shown), self.seed, "shown")
         names = [self.conditions.facts["name"][i] for i in self.shown]
         result = [
             Requests("type", known, rows),
-            Requests("text", prompts, self.synthesiser.texts(prompts), self.synthesiser.encoder.encode_text(prompts)),
+            Requests("text", prompts, self.synthesiser.projection.text(texts), texts),
             Requests("image", names, self.synthesiser.images(taken), targets=shown, shown=taken),
         ]
         if self.measured:

@@ -1,5 +1,6 @@
 """New materials on demand: from a type, a text, an image or a category, or several of them at once."""
 
+import functools
 import logging
 
 import torch
@@ -32,8 +33,12 @@ class Synthesiser:
         self.captions = extra.pop("captions")
         self.projection = Projection(model.notes["encoder"], extra)
         self.encoder = encoder_of(model.notes["encoder"])
-        self.descriptions = Descriptions(self.encoder)
         self.camera = FrozenSphere(SIZE, RINGS, AZIMUTHS)
+
+    @functools.cached_property
+    def descriptions(self):
+        """The Descriptions, encoded where a text first needs them."""
+        return Descriptions(self.encoder)
 
     @classmethod
     def load(cls, path):
@@ -84,15 +89,16 @@ class Synthesiser:
         if category is not None:
             rows["category"] = _one_hot("category", category, self.categories)
         if text is not None:
-            rows["text"] = self.texts([text])
+            features = self.encoded([text])
+            rows["text"] = self.projection.text(features)
         if image is not None:
             picture = image if isinstance(image, torch.Tensor) else read_photo(image)
             check_picture("image", picture)
             rows["image"] = self.images(picture[None])
         return rows
 
-    def texts(self, texts):
-        """Return the embeddings (n, size) of texts. Raises NeumatError for an empty one and for what is no text."""
+    def encoded(self, texts):
+        """Return texts as encoded, (n, t). Raises NeumatError for an empty one and for what is no text."""
         for text in texts:
             if not isinstance(text, str):
                 raise NeumatError("text", "words", repr(text))
@@ -106,7 +112,7 @@ class Synthesiser:
         for text, nearest in zip(texts, (features @ self.captions.float().T).amax(1).tolist(), strict=True):
             if nearest < FARTHEST:
                 logging.warning("text %.40r: unlike any description of a material (similarity %.2f)", text, nearest)
-        return self.projection.text(features)
+        return features
 
     def images(self, pictures):
         """Return the embeddings (n, size) of uint8 sRGB pictures (n, H, W, 3)."""

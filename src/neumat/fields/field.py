@@ -3,7 +3,7 @@
 import torch
 
 from neumat.brdf.coordinates import cosines, half_difference
-from neumat.fields.layout import WIDTHS, unpack
+from neumat.fields.layout import WIDTHS, matrices, unpack
 
 MATERIALS, POINTS = 16, 1 << 10  # a block: 16 x 21 x 1024 float32 stay in the second-level cache
 
@@ -38,7 +38,7 @@ def with_biases(weights, widths=WIDTHS):
     Inputs have a last row of ones, biases are its weights, and hidden layers pass it on: columns are faster than rows,
     and a layer takes one pass less.
     """
-    layers = [torch.cat([kernel.mT, bias[..., None]], 2) for kernel, bias in unpack(weights, widths)]
+    layers = [matrix.mT.contiguous() for matrix in matrices(weights, widths)]
     for k, layer in enumerate(layers[:-1]):
         one = torch.eye(layer.shape[2], dtype=weights.dtype)[-1:].expand(len(weights), -1, -1)
         layers[k] = torch.cat([layer, one], 1)

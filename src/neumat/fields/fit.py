@@ -18,7 +18,7 @@ GROUP = 34  # materials side by side: 400 make 12 groups, which fill two cores
 HELD_OUT = 0.2
 OUTLIER = 0.25  # of what a constant reflectance loses
 ROUNDS = 4
-FIRST = {"batch_size": 1024, "learning_rate": 1e-2}
+FIRST = {"batch_size": 1024, "learning_rate": 1e-2}  # of the first field
 
 
 class Directions:
@@ -74,8 +74,8 @@ def gradient(weights, widths, inputs, cosine, target, dtype):
     inputs (7, n): the six coordinates and a row of ones; cosine (n,); target (K, 3, n) = log(1 + f cos).
     """
     count, n = len(weights), inputs.shape[1]
-    (w1, b1), (w2, b2), (w3, b3) = unpack(weights, widths)
-    first = torch.cat([w1, b1[:, None]], 1).transpose(1, 2).to(dtype).contiguous()
+    first = matrices(weights, widths)[0].transpose(1, 2).to(dtype).contiguous()
+    _, (w2, b2), (w3, b3) = unpack(weights, widths)
     second, third = w2.transpose(1, 2).to(dtype).contiguous(), w3.transpose(1, 2).to(dtype).contiguous()
 
     hidden1 = (first.view(-1, inputs.shape[0]) @ inputs).view(count, -1, n).relu_()
@@ -89,14 +89,9 @@ def gradient(weights, widths, inputs, cosine, target, dtype):
     back2 = masked(third.transpose(1, 2) @ delta, hidden2, 0)
     back1 = masked(second.transpose(1, 2) @ back2, hidden1, 0)
     grad1 = (back1.view(-1, n) @ inputs.T).view(count, -1, inputs.shape[0])
-    parts = [grad1[:, :, :-1].transpose(1, 2), grad1[:, :, -1]]
-    parts += [hidden1 @ back2.transpose(1, 2), back2.sum(2), hidden2 @ delta.transpose(1, 2), delta.sum(2)]
+    parts = [grad1.transpose(1, 2), hidden1 @ back2.transpose(1, 2), back2.sum(2)]
+    parts += [hidden2 @ delta.transpose(1, 2), delta.sum(2)]
     return torch.cat([part.flatten(1) for part in parts], 1).float() / (3 * n)
-
-
-def adam(matrix):
-    """Return the optimiser of the fits, whose steps keep the weights of different materials alike."""
-    return Adam(matrix)
 
 
 def soap(matrix):
@@ -113,7 +108,7 @@ def descend(values, directions, start, config, seed, widths=WIDTHS, progress=ite
     values: (V, K, 3) float16, 1/sr. config: the section `fit`.
     """
     polish = config | config["polish"]
-    for optimiser, stage, name in ((adam, config, seed), (soap, polish, f"{seed}/polish")):
+    for optimiser, stage, name in ((Adam, config, seed), (soap, polish, f"{seed}/polish")):
         if stage["samples"]:
             start = train(values, directions, start, stage, optimiser, name, widths, progress)
     return start
@@ -136,8 +131,9 @@ def train(values, directions, start, config, optimiser, seed, widths=WIDTHS, pro
         *inputs, cosine = rows.index_select(0, order[step]).T
         target = torch.log1p(flat.index_select(0, order[step]).float().T * cosine).view(shape)
         grad = gradient(weights, widths, torch.stack(inputs).to(dtype), cosine, target, dtype)
+        rate = learning_rate(step, steps, config)
         for layer, part in zip(optimisers, matrices(grad, widths), strict=True):
-            layer.step(part, learning_rate(step, steps, config))
+            layer.step(part, rate)
     return weights
 
 

@@ -31,7 +31,12 @@ def widths_of(count):
 
 
 def unpack(weights, widths=WIDTHS):
-    """Return [(W (..., in, out), b (..., out)), ...], views into `weights` (..., size).
+    """Return [(W (..., in, out), b (..., out)), ...], views into `weights` (..., size); see `matrices`."""
+    return [(matrix[..., :-1, :], matrix[..., -1, :]) for matrix in matrices(weights, widths)]
+
+
+def matrices(weights, widths=WIDTHS):
+    """Return [(..., in + 1, out)], views into `weights` (..., size): each layer's kernel, its bias as the last row.
 
     Raises NeumatError where the last dimension does not hold these widths.
     """
@@ -39,17 +44,9 @@ def unpack(weights, widths=WIDTHS):
         raise NeumatError("weights", f"{size(widths)} numbers for widths {widths}", weights.shape[-1])
     layers, at = [], 0
     for a, b in pairwise(widths):
-        kernel = weights[..., at : at + a * b].unflatten(-1, (a, b))
-        at += a * b
-        layers.append((kernel, weights[..., at : at + b]))
-        at += b
+        layers.append(weights[..., at : at + (a + 1) * b].unflatten(-1, (a + 1, b)))
+        at += (a + 1) * b
     return layers
-
-
-def matrices(weights, widths=WIDTHS):
-    """Return [(..., in + 1, out)], views into `weights` (..., size): each layer's kernel, its bias as the last row."""
-    parts = weights.split([(a + 1) * b for a, b in pairwise(widths)], -1)
-    return [part.unflatten(-1, (a + 1, b)) for part, (a, b) in zip(parts, pairwise(widths), strict=True)]
 
 
 def permutation_indices(permutation, widths=WIDTHS):

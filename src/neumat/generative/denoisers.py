@@ -9,7 +9,7 @@ import torch
 from torch import nn
 
 from neumat.errors import NeumatError
-from neumat.fields.layout import SIZE, WIDTHS, unpack
+from neumat.fields.layout import SIZE, matrices
 
 LEVEL_WIDTH = 128  # of the embedded noise level: wider costs as much as the network itself
 OCTAVES = 8
@@ -100,10 +100,10 @@ def token_groups(size, tokens):
         return list(torch.arange(size).split(tokens))
     if tokens not in ("layer", "neuron") or size != SIZE:
         raise NeumatError("tokens", f"a chunk length, or layer or neuron for {SIZE} unrotated weights", (tokens, size))
-    layers = unpack(torch.arange(SIZE), WIDTHS)
+    layers = matrices(torch.arange(SIZE))
     if tokens == "layer":
-        return [torch.cat([kernel.flatten(), bias]) for kernel, bias in layers]
-    return [column for kernel, bias in layers for column in torch.cat([kernel, bias[None]]).T]
+        return [matrix.flatten() for matrix in layers]
+    return [column for matrix in layers for column in matrix.T]
 
 
 class TokenTransformer(nn.Module):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import torch
-from torch.nn.functional import interpolate, normalize, one_hot
+from torch.nn.functional import one_hot
 
 from neumat.brdf.categories import CATEGORIES
 from neumat.brdf.coordinates import GRID
@@ -17,32 +17,15 @@ from neumat.generative.base import Dataset
 from neumat.generative.conditional import ConditionalDiffusion, Tuning
 from neumat.generative.registry import make
 from neumat.generative.training import seeded
-from neumat.seeds import torch_generator
 from neumat.stress import stressed
 
-MATERIALS, WORDS = 64, 64
+MATERIALS = 64
 TYPES = ["felt", "plastic"]
 ALBEDOS = torch.tensor([[0.4, 0.02, 0.02], [0.02, 0.03, 0.3]])  # red and blue
 
 
-class Toy:
-    """A text is the mean of its words' random vectors, an image a thumbnail."""
-
-    id = "toy"
-
-    def encode_text(self, texts):
-        return normalize(torch.stack([torch.stack([self.word(w) for w in t.split()]).mean(0) for t in texts]))
-
-    def encode_image(self, images):
-        return interpolate(images.permute(0, 3, 1, 2).float() / 255, (4, 4), mode="area").flatten(1)
-
-    @staticmethod
-    def word(word):
-        return torch.randn(WORDS, generator=torch_generator(0, word))
-
-
 @pytest.fixture(scope="module")
-def bench():
+def bench(toy):
     """Near-Lambertian red and blue fields, of two types and categories, under a model trained for seconds."""
     generator = torch.Generator().manual_seed(0)
     kind = torch.arange(MATERIALS) % 2
@@ -50,19 +33,19 @@ def bench():
     spread = 1 + 0.1 * torch.randn(MATERIALS, 3, generator=generator)
     weights[:, -3:] = torch.log1p(ALBEDOS[kind] * spread / torch.pi)
 
-    toy = Toy()
-    said = toy.encode_text(["red", "blue", "a bright red plastic", "red plastic", "mirror"])
+    encoder = toy()
+    said = encoder.encode_text(["red", "blue", "a bright red plastic", "red plastic", "mirror"])
     with seeded(0):
-        networks = {"text": network(WORDS), "image": network(48)}
+        networks = {"text": network(toy.WORDS), "image": network(48)}
     state = {f"{side}.{k}": v for side, net in networks.items() for k, v in net.state_dict().items()}
-    state |= {"mean": torch.zeros(WORDS), "axes": torch.eye(WORDS), "power": torch.tensor(0.0)}
+    state |= {"mean": torch.zeros(toy.WORDS), "axes": torch.eye(toy.WORDS), "power": torch.tensor(0.0)}
     projection = Projection("toy", state)
     seen = (ALBEDOS[kind] * 255).to(torch.uint8)[:, None, None].expand(-1, 8, 8, -1)
     conditions = {
         "type": one_hot(kind, len(TYPES)).float(),
         "category": one_hot(kind + 5, len(CATEGORIES)).float(),
         "text": projection.text(said)[kind][:, None],
-        "image": projection.image(toy.encode_image(seen))[:, None],
+        "image": projection.image(encoder.encode_image(seen))[:, None],
         "said": torch.ones(len(seen)),
     }
 
@@ -75,7 +58,7 @@ def bench():
     model.fit(weights, conditions, seed=1)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(encoders.ENCODERS, "toy", Toy)
+        patch.setitem(encoders.ENCODERS, "toy", toy)
         synthesiser = Synthesiser(model)
     entries = torch.arange(0, np.prod(GRID), 20011)
     return StressBench(synthesiser, entries, weights, guidance=1.0, seed=0)

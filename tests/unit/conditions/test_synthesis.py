@@ -9,7 +9,6 @@ from neumat.conditions.synthesis import Synthesiser
 from neumat.errors import NeumatError
 from neumat.fields.layout import SIZE
 from neumat.render.sphere import FrozenSphere
-from neumat.seeds import torch_generator
 
 
 @pytest.mark.parametrize(
@@ -53,21 +52,13 @@ def test_of_its_candidates_each_request_gets_the_one_whose_picture_fits():
     assert torch.equal(synthesiser.best(weights, {"type": torch.ones(1, 1)}, 3), lambert(red, blue))
 
 
-class Words:
-    """A text is the sum of its words' random vectors."""
-
-    def encode_text(self, texts):
-        vectors = [[torch.randn(64, generator=torch_generator(0, word)) for word in text.split()] for text in texts]
-        return torch.stack([torch.stack(text).sum(0) for text in vectors])
-
-
-def test_what_is_called_as_the_text_says_wins_where_pictures_say_nothing():
+def test_what_is_called_as_the_text_says_wins_where_pictures_say_nothing(toy):
     synthesiser = Synthesiser.__new__(Synthesiser)
     synthesiser.camera = FrozenSphere(48, 16, 32)
     synthesiser.images = lambda pictures: torch.ones(len(pictures), 1)
-    synthesiser.descriptions = Descriptions(Words())
+    synthesiser.descriptions = Descriptions(toy())
     red, green, blue = (0.5, 0.05, 0.05), (0.05, 0.5, 0.05), (0.05, 0.05, 0.5)
     weights = lambert(red, green, blue, blue, red, green)
     for text, expected in (("red thing", red), ("a matte blue thing", blue), ("green", green)):
-        found = synthesiser.best(weights, {"text": torch.ones(1, 1)}, 3, Words().encode_text([text]))
+        found = synthesiser.best(weights, {"text": torch.ones(1, 1)}, 3, toy().encode_text([text]))
         assert torch.equal(found, lambert(expected, expected))
