@@ -5,7 +5,7 @@ from neumat.reporting.figures import save_image
 from neumat.scenes.compose import compose
 from neumat.scenes.materials import Materials
 from neumat.scenes.needs import layout_materials
-from neumat.scenes.pictures import render, shown
+from neumat.scenes.pictures import render, shown, without_fireflies
 from neumat.stage import progress, stage
 
 with stage(snakemake):
@@ -14,4 +14,4 @@ with stage(snakemake):
     plugins = {unit: bsdf(weights) for unit, (_, weights) in found.items()}
     composition = compose(layout, plugins, picture["width"], picture["height"])
     linear = render(composition, picture["samples"], progress=progress)
-    save_image(shown(linear, layout["exposure"]), snakemake.output[0])
+    save_image(shown(without_fireflies(linear), layout["exposure"]), snakemake.output[0])

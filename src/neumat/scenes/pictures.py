@@ -10,6 +10,7 @@ from neumat.render.scene import to_srgb8
 
 PASSES = (64, 16, 4)  # samples a pixel of a pass: squares, which the sampler spreads evenly
 PATHS = 12_000_000  # of a pass at most: some 2 GB
+OUTSHINES = 1.5  # times as bright as all but one of the eight pixels around: what noise and edges hardly reach
 
 
 def render(composition, samples, seed=0, progress=iter):
@@ -22,6 +23,18 @@ def render(composition, samples, seed=0, progress=iter):
     for k in progress(range(passes)):
         total = total + np.array(mi.render(composition.scene, spp=spp, seed=seed * 65536 + k))
     return (total / passes).astype(np.float32)
+
+
+def without_fireflies(linear):
+    """Return a linear picture (height, width, 3) without lone bright pixels, which the few paths leave that meet the
+    sun by way of a mirror. Each gets the median of those around it. For people to look at, not for measuring."""
+    picture = torch.as_tensor(linear)
+    padded = torch.nn.functional.pad(picture.permute(2, 0, 1)[None], (1, 1, 1, 1), mode="reflect")
+    patches = torch.nn.functional.unfold(padded, 3).view(3, 9, *picture.shape[:2])
+    around = patches[:, [0, 1, 2, 3, 5, 6, 7, 8]]
+    second = around.mean(0).sort(0).values[-2]
+    firefly = picture.mean(2) > OUTSHINES * second
+    return torch.where(firefly[..., None], around.median(1).values.permute(1, 2, 0), picture)
 
 
 def shown(linear, exposure):
