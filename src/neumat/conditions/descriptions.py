@@ -28,9 +28,9 @@ class Descriptions:
         self.features = normalize(features - self.centre)
 
     def match(self, weights, texts):
-        """Return the cosine (n,) of each field's (n, 675) own description with its encoded text, (n, t) or (1, t)."""
-        seen = appearance(weights)
+        """Return the cosines (r, m) of the descriptions of fields (r, m, 675) with encoded texts (r, t)."""
+        seen = appearance(weights.flatten(0, 1))
         things = np.where(seen["metallic"], "metal", "material")
         named = zip(colour_name(seen), gloss_name(seen), things, strict=True)
         own = self.features[torch.tensor([self.words.index(words) for words in named])]
-        return (own * normalize(texts - self.centre)).sum(1)
+        return (own.view(*weights.shape[:2], -1) * normalize(texts - self.centre)[:, None]).sum(2)

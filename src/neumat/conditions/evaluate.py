@@ -242,12 +242,11 @@ def compare(bench, n, guidance, candidates, seed, progress=iter):
         }
         samples[requests.modality] = requests, weights
         if requests.modality != "type" and candidates > 1:
-            each = requests.each(n * candidates)
-            texts = None if requests.texts is None else requests.texts.repeat_interleave(n * candidates, 0)
-            for method, asked in (("conditional", each), ("null: unconditional", {})):
+            for method, asked in (("conditional", requests.each(n * candidates)), ("null: unconditional", {})):
                 many, _ = model.sample(len(every) * candidates, seed, asked, guidance)
-                best = bench.synthesiser.best(many, each, candidates, texts)
-                answers[f"{method}, best of {candidates}"] = best, every
+                many = many.view(len(requests), n * candidates, -1)
+                best = bench.synthesiser.best(many, requests.each(1), n, requests.texts)
+                answers[f"{method}, best of {candidates}"] = best.flatten(0, 1), every
             samples[requests.modality] = requests, answers[f"conditional, best of {candidates}"][0]
         for method, (fields, belongs) in answers.items():
             if len(fields):

@@ -10,12 +10,14 @@ from neumat.conditions.encoders import encoder_of
 from neumat.conditions.photos import check_picture, read_photo
 from neumat.conditions.projection import Projection
 from neumat.conditions.store import AZIMUTHS, RINGS, SIZE
+from neumat.conditions.variety import most_different
 from neumat.errors import NeumatError
 from neumat.generative.conditional import ConditionalDiffusion
 from neumat.render.sphere import FrozenSphere, render_fields
 
 FARTHEST = 0.5  # cosine to the nearest training caption, below which a text is not about materials
 CANDIDATES = 16
+SHORTLIST = 2  # of so many good answers for each material asked for, the most different ones are served
 EDGE = 6  # a share of 1 / EDGE at each side of a picture is left out: the rest shows nothing but the sphere
 WORDS_READ = 128  # of a text; encoders read no further
 
@@ -48,33 +50,37 @@ class Synthesiser:
     def synthesise(self, n, seed, guidance, candidates=CANDIDATES, **request):
         """Return (weights (n, 675) of valid BRDFs, how many were drawn for them).
 
-        candidates: of which each material is the best, see `best`. request: see `request`. Raises NeumatError for a
-        request that cannot be met.
+        candidates: drawn for each of the n where a text or an image is given, see `best`. request: see `request`.
+        Raises NeumatError for a request that cannot be met.
         """
         if candidates < 1:
             raise NeumatError("candidates", "at least 1", candidates)
         embedded = self.request(**request)
         texts = self.encoder.encode_text([request["text"]]) if "text" in embedded else None
-        weights, drawn = self.model.sample(n * candidates, seed, embedded, guidance)
-        return self.best(weights, embedded, candidates, texts), drawn
+        many = n * candidates if {"text", "image"} & embedded.keys() else n
+        weights, drawn = self.model.sample(many, seed, embedded, guidance)
+        return self.best(weights[None], embedded, n, texts)[0], drawn
 
-    def best(self, weights, request, candidates, texts=None):
-        """Return, of every `candidates` fields in a row of weights (n candidates, 675), the one (n, 675) that answers
-        its request best; the first, where neither a text nor an image was given.
+    def best(self, weights, request, n, texts=None):
+        """Return n (r, n, 675) of the candidates (r, m, 675) of each of r requests: of those that answer it best,
+        SHORTLIST to each of the n, those that differ most from each other. Where neither a text nor an image was given,
+        the first n.
 
-        That is the one whose picture comes nearest to text and image in the common space and whose description comes
-        nearest to `texts` (n candidates or 1, t), as encoded.
+        A candidate's answer is the better, the nearer its picture comes to text and image, {modality: rows (r, size)},
+        in the common space, and its description to `texts` (r, t), as encoded.
         """
         wanted = [request[name] for name in ("text", "image") if name in request]
-        if not wanted or candidates == 1:
-            return weights[::candidates]
+        if not wanted:
+            return weights[:, :n]
+        fields = weights.flatten(0, 1)
         edge = self.camera.size // EDGE
-        seen = self.images(render_fields(self.camera, weights)[:, edge:-edge, edge:-edge])
-        score = sum((rows * seen).sum(1) for rows in wanted)
+        seen = self.images(render_fields(self.camera, fields)[:, edge:-edge, edge:-edge]).view(*weights.shape[:2], -1)
+        score = sum((seen * rows[:, None]).sum(2) for rows in wanted)
         if texts is not None:
             score = score + self.descriptions.match(weights, texts)
-        score = score.view(-1, candidates)
-        return weights.view(len(score), candidates, -1)[torch.arange(len(score)), score.argmax(1)]
+        rows = torch.arange(len(weights))[:, None]
+        best = weights[rows, score.topk(min(SHORTLIST * n, weights.shape[1])).indices]
+        return best[rows, most_different(best, n)]
 
     def request(self, type=None, category=None, text=None, image=None):
         """Return {modality: row (1, size)} for what is not None.

@@ -39,26 +39,39 @@ def lambert(*albedos):
     return weights
 
 
-def test_of_its_candidates_each_request_gets_the_one_whose_picture_fits():
-    """Embeddings are the pictures' mean colours."""
+RED, GREEN, BLUE = (0.5, 0.05, 0.05), (0.05, 0.5, 0.05), (0.05, 0.05, 0.5)
+
+
+@pytest.fixture
+def judging():
+    """A Synthesiser without a model; embeddings are the pictures' mean colours."""
     synthesiser = Synthesiser.__new__(Synthesiser)
     synthesiser.camera = FrozenSphere(48, 16, 32)
     synthesiser.images = lambda pictures: normalize(pictures.float().mean((1, 2)), dim=1)
-    red, green, blue = (0.5, 0.05, 0.05), (0.05, 0.5, 0.05), (0.05, 0.05, 0.5)
-    weights = lambert(red, green, blue, blue, red, green)
-    asked = normalize(torch.tensor([red, green]), dim=1).repeat_interleave(3, 0)
-    assert torch.equal(synthesiser.best(weights, {"text": asked}, 3), lambert(red, green))
-    assert torch.equal(synthesiser.best(weights, {"image": asked[:1]}, 3), lambert(red, red))
-    assert torch.equal(synthesiser.best(weights, {"type": torch.ones(1, 1)}, 3), lambert(red, blue))
+    return synthesiser
 
 
-def test_what_is_called_as_the_text_says_wins_where_pictures_say_nothing(toy):
-    synthesiser = Synthesiser.__new__(Synthesiser)
-    synthesiser.camera = FrozenSphere(48, 16, 32)
-    synthesiser.images = lambda pictures: torch.ones(len(pictures), 1)
-    synthesiser.descriptions = Descriptions(toy())
-    red, green, blue = (0.5, 0.05, 0.05), (0.05, 0.5, 0.05), (0.05, 0.05, 0.5)
-    weights = lambert(red, green, blue, blue, red, green)
-    for text, expected in (("red thing", red), ("a matte blue thing", blue), ("green", green)):
-        found = synthesiser.best(weights, {"text": torch.ones(1, 1)}, 3, toy().encode_text([text]))
-        assert torch.equal(found, lambert(expected, expected))
+def test_each_request_gets_those_of_its_candidates_whose_pictures_fit(judging):
+    weights = lambert(RED, GREEN, BLUE, GREEN, BLUE, RED).view(2, 3, -1)
+    asked = normalize(torch.tensor([GREEN, BLUE]), dim=1)
+    for modality in ("text", "image"):
+        found = judging.best(weights, {modality: asked}, 1)
+        assert torch.equal(found, lambert(GREEN, BLUE)[:, None])
+    assert torch.equal(judging.best(weights, {"type": torch.ones(2, 1)}, 2), weights[:, :2])
+
+
+def test_of_good_answers_the_different_ones_are_served(judging):
+    """Four reds fit, two of them twice the same; the blue one differs more but does not fit."""
+    dark, darker = (0.25, 0.025, 0.025), (0.125, 0.0125, 0.0125)
+    weights = lambert(RED, BLUE, RED, dark, darker, GREEN)[None]
+    found = judging.best(weights, {"image": normalize(torch.tensor([RED]), dim=1)}, 2)
+    assert set(map(tuple, found[0].tolist())) == set(map(tuple, lambert(RED, darker).tolist()))
+
+
+def test_what_is_called_as_the_text_says_wins_where_pictures_say_nothing(judging, toy):
+    judging.images = lambda pictures: torch.ones(len(pictures), 1)
+    judging.descriptions = Descriptions(toy())
+    weights = lambert(RED, GREEN, BLUE)[None]
+    for text, expected in (("red thing", RED), ("a matte blue thing", BLUE), ("green", GREEN)):
+        (found,) = judging.best(weights, {"text": torch.ones(1, 1)}, 1, toy().encode_text([text]))
+        assert torch.equal(found, lambert(expected))
