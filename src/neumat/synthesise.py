@@ -28,7 +28,7 @@ def parser():
     made.add_argument("--image", type=Path, help="a photo or render of a material")
     made.add_argument("-n", type=int, default=6, help="how many materials (6)")
     made.add_argument("--guidance", type=float, default=2.0, help="how closely to follow the request, from -1 (2)")
-    made.add_argument("--candidates", type=int, default=16, help="of which each material is the best match (16)")
+    made.add_argument("--candidates", type=int, default=16, help="drawn for each material, to choose from (16)")
     made.add_argument("--seed", type=int, default=0, help="another seed gives other materials (0)")
     made.add_argument("--model", type=Path, default=Path(MODEL), help=f"the trained model ({MODEL})")
     made.add_argument("--output", type=Path, default=Path("materials"), help="folder for what is made (materials)")

@@ -1,9 +1,8 @@
 """How well samples follow their requests, beside null baselines and the training set's own value.
 
 No judge here shares anything with the encoders or the generative model (`metrics.appearance`, `type_scorer`,
-`text_scorer`, `alignment`). Captions, and what the best of several candidates is told by, take their words for colour
-and gloss from where the judge does: colour and gloss of "best of k" show what is served, those without what the model
-knows. Requests are the types, the unseen prompts, and pictures of held-out materials.
+`text_scorer`, `alignment`). Captions, and what the best candidates are told by, take their words for colour and gloss
+from where the judge does: colour and gloss of "best of k" show what is served, those without what the model knows. Requests are the types, the unseen prompts, and pictures of held-out materials.
 """
 
 import functools
@@ -225,10 +224,10 @@ def compare(bench, n, guidance, candidates, seed, progress=iter):
     """Return (rows, types, samples): all measures; those of each type; {modality: (Requests, fields (r n, 675))}.
 
     Rows have modality, method, measure, value, materials. Methods: "conditional" at `guidance`, and for texts and
-    images "conditional, best of k", which `Synthesiser.best` picked from k `candidates` each, as samples are served;
+    images "conditional, best of k", which `Synthesiser.best` chose from k `candidates` for each, as samples are served;
     "null: nearest", "null: unconditional" and the same, best of k; "training set", what training materials that are
-    right reach. types: `accuracies` of the
-    conditional samples, by a judge that knows all sources (top1_seen) and by one that has not seen the nearest.
+    right reach. types: `accuracies` of the conditional samples, by a judge that knows all sources (top1_seen) and by
+    one that has not seen the nearest.
     """
     rows, samples, model = [], {}, bench.synthesiser.model
     for requests in progress(bench.requests()):
