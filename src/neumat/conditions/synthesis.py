@@ -17,7 +17,9 @@ from neumat.render.sphere import FrozenSphere, render_fields
 
 FARTHEST = 0.5  # cosine to the nearest training caption, below which a text is not about materials
 CANDIDATES = 16
-SHORTLIST = 2  # of so many good answers for each material asked for, the most different ones are served
+# Of so many good answers for each material asked for, the most different are served: a text leaves more open than a
+# picture does.
+SHORTLIST = {"text": 4, "image": 2}
 EDGE = 6  # a share of 1 / EDGE at each side of a picture is left out: the rest shows nothing but the sphere
 WORDS_READ = 128  # of a text; encoders read no further
 
@@ -62,24 +64,25 @@ class Synthesiser:
         return self.best(weights[None], embedded, n, texts)[0], drawn
 
     def best(self, weights, request, n, texts=None):
-        """Return n (r, n, 675) of the candidates (r, m, 675) of each of r requests: of those that answer it best,
-        SHORTLIST to each of the n, those that differ most from each other. Where neither a text nor an image was given,
-        the first n.
+        """Return n (r, n, 675) of the candidates (r, m, 675) of each of r requests: of those that answer it best, so
+        many to each of the n as SHORTLIST says, those that differ most from each other. Where neither a text nor an
+        image was given, the first n.
 
         A candidate's answer is the better, the nearer its picture comes to text and image, {modality: rows (r, size)},
         in the common space, and its description to `texts` (r, t), as encoded.
         """
-        wanted = [request[name] for name in ("text", "image") if name in request]
+        wanted = [name for name in SHORTLIST if name in request]
         if not wanted:
             return weights[:, :n]
         fields = weights.flatten(0, 1)
         edge = self.camera.size // EDGE
         seen = self.images(render_fields(self.camera, fields)[:, edge:-edge, edge:-edge]).view(*weights.shape[:2], -1)
-        score = sum((seen * rows[:, None]).sum(2) for rows in wanted)
+        score = sum((seen * request[name][:, None]).sum(2) for name in wanted)
         if texts is not None:
             score = score + self.descriptions.match(weights, texts)
         rows = torch.arange(len(weights))[:, None]
-        best = weights[rows, score.topk(min(SHORTLIST * n, weights.shape[1])).indices]
+        listed = n * min(SHORTLIST[name] for name in wanted)
+        best = weights[rows, score.topk(min(listed, weights.shape[1])).indices]
         return best[rows, most_different(best, n)]
 
     def request(self, type=None, category=None, text=None, image=None):
