@@ -2,7 +2,8 @@
 
 No judge here shares anything with the encoders or the generative model (`metrics.appearance`, `type_scorer`,
 `text_scorer`, `alignment`). Captions, and what the best candidates are told by, take their words for colour and gloss
-from where the judge does: colour and gloss of "best of k" show what is served, those without what the model knows. Requests are the types, the unseen prompts, and pictures of held-out materials.
+from where the judge does: colour and gloss of "best of k" show what is served, those without what the model knows.
+Requests are the types, the unseen prompts, and pictures of held-out materials.
 """
 
 import functools
