@@ -17,9 +17,9 @@ from neumat.render.sphere import FrozenSphere, render_fields
 
 FARTHEST = 0.5  # cosine to the nearest training caption, below which a text is not about materials
 CANDIDATES = 16
-# Of so many good answers for each material asked for, the most different are served: a text leaves more open than a
+# One in so many candidates is a good answer, of which the most different are served: a text leaves more open than a
 # picture does.
-SHORTLIST = {"text": 4, "image": 2}
+CHOOSY = {"text": 4, "image": 8}
 EDGE = 6  # a share of 1 / EDGE at each side of a picture is left out: the rest shows nothing but the sphere
 WORDS_READ = 128  # of a text; encoders read no further
 
@@ -64,14 +64,13 @@ class Synthesiser:
         return self.best(weights[None], embedded, n, texts)[0], drawn
 
     def best(self, weights, request, n, texts=None):
-        """Return n (r, n, 675) of the candidates (r, m, 675) of each of r requests: of those that answer it best, so
-        many to each of the n as SHORTLIST says, those that differ most from each other. Where neither a text nor an
-        image was given, the first n.
+        """Return n (r, n, 675) of the candidates (r, m, 675) of each of r requests: of those that answer it best (see
+        CHOOSY), the ones that differ most from each other. Where neither a text nor an image was given, the first n.
 
         A candidate's answer is the better, the nearer its picture comes to text and image, {modality: rows (r, size)},
         in the common space, and its description to `texts` (r, t), as encoded.
         """
-        wanted = [name for name in SHORTLIST if name in request]
+        wanted = [name for name in CHOOSY if name in request]
         if not wanted or weights.shape[1] == n:
             return weights[:, :n]
         fields = weights.flatten(0, 1)
@@ -81,8 +80,8 @@ class Synthesiser:
         if texts is not None:
             score = score + self.descriptions.match(weights, texts)
         rows = torch.arange(len(weights))[:, None]
-        listed = n * min(SHORTLIST[name] for name in wanted)
-        best = weights[rows, score.topk(min(listed, weights.shape[1])).indices]
+        shortlist = max(n, weights.shape[1] // max(CHOOSY[name] for name in wanted))
+        best = weights[rows, score.topk(shortlist).indices]
         return best[rows, most_different(best, n)]
 
     def request(self, type=None, category=None, text=None, image=None):

@@ -61,9 +61,9 @@ def test_each_request_gets_those_of_its_candidates_whose_pictures_fit(judging):
 
 
 def test_of_good_answers_the_different_ones_are_served(judging):
-    """Four reds fit, two of them twice the same; the blue one differs more but does not fit."""
+    """Of 32, four fit, two of which are alike; the others differ more but do not fit."""
     dark, darker = (0.25, 0.025, 0.025), (0.125, 0.0125, 0.0125)
-    weights = lambert(RED, BLUE, RED, dark, darker, GREEN)[None]
+    weights = lambert(*[GREEN, BLUE] * 14, RED, RED, dark, darker)[None]
     found = judging.best(weights, {"image": normalize(torch.tensor([RED]), dim=1)}, 2)
     assert set(map(tuple, found[0].tolist())) == set(map(tuple, lambert(RED, darker).tolist()))
 
