@@ -39,17 +39,30 @@ def choose(prediction, ladder, errors, tolerance):
 
     ladder: {unit: [Model]}, the cheapest first, the true one last; errors: of `alone`. Each material gets the cheapest
     model that stays within the tolerance alone; then, while an object of the whole exceeds it, what shows most on it is
-    mended first.
+    mended first. What was mended before the rest may be better than it has to be by then: the dearest first, each is
+    exchanged for the cheapest that leaves all objects within the tolerance.
     """
-    chosen = {
+    least = {
         unit: next(k for k, error in enumerate(found) if error <= tolerance or k == len(found) - 1)
         for unit, found in errors.items()
     }
+
+    def predict(chosen):
+        return prediction.errors({unit: ladder[unit][k].material for unit, k in chosen.items()})
+
+    chosen = dict(least)
     while True:
-        predicted = prediction.errors({unit: ladder[unit][k].material for unit, k in chosen.items()})
+        predicted = predict(chosen)
         worst = max(predicted, key=predicted.get)
         if predicted[worst] <= tolerance or not upgrade(chosen, errors, worst):
-            return chosen, predicted
+            break
+    for unit in sorted(chosen, key=chosen.get, reverse=True):
+        for k in range(least[unit], chosen[unit]):
+            cheaper = predict(chosen | {unit: k})
+            if max(cheaper.values()) <= tolerance:
+                chosen[unit], predicted = k, cheaper
+                break
+    return chosen, predicted
 
 
 def upgrade(chosen, errors, name):

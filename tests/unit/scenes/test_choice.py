@@ -49,6 +49,13 @@ def test_what_adds_up_on_an_object_is_mended_where_it_shows_most():
     assert max(predicted.values()) <= TOLERANCE
 
 
+def test_what_was_mended_first_is_exchanged_where_the_rest_suffices():
+    errors = {("a", 0): [0.04, 0.02, 0.0], ("a", 1): [0.035, 0.0]}
+    chosen, predicted = choose(Sums(errors), ladder(errors), errors, TOLERANCE)
+    assert chosen == {("a", 0): 0, ("a", 1): 1}
+    assert predicted == pytest.approx({"a": 0.04})
+
+
 def test_reflections_of_another_object_are_mended_last():
     errors = {("a", 0): [0.04, 0.0], ("b", 0): [0.045, 0.0]}
     assert choose(Sums(errors, 0.5), ladder(errors), errors, TOLERANCE)[0] == {("a", 0): 0, ("b", 0): 1}
