@@ -57,7 +57,8 @@ def evaluate(weights, theta_h, theta_d, phi_d, widths=WIDTHS):
     """Return the reflectance (n, m, 3), 1/sr, of fields (n, size) at m directions; 0 below the horizon."""
     values = evaluate_inputs(weights, half_difference(theta_h, theta_d, phi_d).to(weights.dtype), widths)
     cos_i, cos_o = cosines(theta_h, theta_d, phi_d)
-    return values * ((cos_i > 0) & (cos_o > 0)).unsqueeze(-1)
+    below = (cos_i <= 0) | (cos_o <= 0)
+    return values.masked_fill(below.unsqueeze(-1), 0)  # a product would leave NaN where the exponential overflows
 
 
 def highlights(weights):

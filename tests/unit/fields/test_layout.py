@@ -50,6 +50,8 @@ def test_fields_are_dark_below_the_horizon_and_never_negative():
     angles = torch.tensor([1.5]), torch.tensor([1.5]), torch.tensor([0.0])
     assert (evaluate(weights, *angles) == 0).all()
     assert (evaluate(weights, *random_angles(500)) >= 0).all()
+    weights[:, -3:] = 1000.0  # fields know nothing of what lies below: there they may overflow
+    assert (evaluate(weights, *angles) == 0).all()
 
 
 def test_wrong_sizes_and_permutations_are_named():
