@@ -59,7 +59,7 @@ class Synthesiser:
             raise NeumatError("candidates", "at least 1", candidates)
         embedded = self.request(**request)
         texts = self.encoder.encode_text([request["text"]]) if "text" in embedded else None
-        many = n * candidates if {"text", "image"} & embedded.keys() else n
+        many = n * candidates if CHOOSY.keys() & embedded.keys() else n
         weights, drawn = self.model.sample(many, seed, embedded, guidance)
         return self.best(weights[None], embedded, n, texts)[0], drawn
 

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import torch
+from scipy.ndimage import rank_filter
 
 from neumat.render.mitsuba_scene import mitsuba
 from neumat.render.scene import to_srgb8
@@ -28,13 +29,11 @@ def render(composition, samples, seed=0, progress=iter):
 def without_fireflies(linear):
     """Return a linear picture (height, width, 3) without lone bright pixels, which the few paths leave that meet the
     sun by way of a mirror. Each gets the median of those around it. For people to look at, not for measuring."""
-    picture = torch.as_tensor(linear)
-    padded = torch.nn.functional.pad(picture.permute(2, 0, 1)[None], (1, 1, 1, 1), mode="reflect")
-    patches = torch.nn.functional.unfold(padded, 3).view(3, 9, *picture.shape[:2])
-    around = patches[:, [0, 1, 2, 3, 5, 6, 7, 8]]
-    second = around.mean(0).sort(0).values[-2]
-    firefly = picture.mean(2) > OUTSHINES * second
-    return torch.where(firefly[..., None], around.median(1).values.permute(1, 2, 0), picture)
+    around = np.array([[1, 1, 1], [1, 0, 1], [1, 1, 1]], bool)
+    brightness = linear.mean(2)
+    firefly = brightness > OUTSHINES * rank_filter(brightness, -2, footprint=around, mode="mirror")
+    median = rank_filter(linear, 3, footprint=around[..., None], mode="mirror")
+    return np.where(firefly[..., None], median, linear)
 
 
 def shown(linear, exposure):

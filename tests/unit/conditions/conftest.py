@@ -1,9 +1,10 @@
-"""An encoder that takes no time."""
+"""An encoder that takes no time; fields that reflect evenly."""
 
 import pytest
 import torch
 from torch.nn.functional import interpolate, normalize
 
+from neumat.fields.layout import SIZE
 from neumat.seeds import torch_generator
 
 
@@ -28,3 +29,15 @@ class Toy:
 def toy():
     """Return the class Toy, as `encoders.ENCODERS` holds classes."""
     return Toy
+
+
+@pytest.fixture
+def lambert():
+    """Return a function: albedos, RGB or grey -> the weights (n, 675) of fields that reflect evenly, exactly."""
+
+    def weights(*albedos):
+        fields = torch.zeros(len(albedos), SIZE)
+        fields[:, -3:] = torch.log1p(torch.tensor(albedos).view(len(albedos), -1) / torch.pi)
+        return fields
+
+    return weights

@@ -7,7 +7,6 @@ from torch.nn.functional import normalize
 from neumat.conditions.descriptions import Descriptions
 from neumat.conditions.synthesis import Synthesiser
 from neumat.errors import NeumatError
-from neumat.fields.layout import SIZE
 from neumat.render.sphere import FrozenSphere
 
 
@@ -32,13 +31,6 @@ def test_what_is_no_request_ends_in_one_line(request_, expected):
     assert "\n" not in str(error.value)
 
 
-def lambert(*albedos):
-    """Return the weights (n, 675) of fields that reflect evenly, exactly."""
-    weights = torch.zeros(len(albedos), SIZE)
-    weights[:, -3:] = torch.log1p(torch.tensor(albedos) / torch.pi)
-    return weights
-
-
 RED, GREEN, BLUE = (0.5, 0.05, 0.05), (0.05, 0.5, 0.05), (0.05, 0.05, 0.5)
 
 
@@ -51,7 +43,7 @@ def judging():
     return synthesiser
 
 
-def test_each_request_gets_those_of_its_candidates_whose_pictures_fit(judging):
+def test_each_request_gets_those_of_its_candidates_whose_pictures_fit(judging, lambert):
     weights = lambert(RED, GREEN, BLUE, GREEN, BLUE, RED).view(2, 3, -1)
     asked = normalize(torch.tensor([GREEN, BLUE]), dim=1)
     for modality in ("text", "image"):
@@ -60,7 +52,7 @@ def test_each_request_gets_those_of_its_candidates_whose_pictures_fit(judging):
     assert torch.equal(judging.best(weights, {"type": torch.ones(2, 1)}, 2), weights[:, :2])
 
 
-def test_of_good_answers_the_different_ones_are_served(judging):
+def test_of_good_answers_the_different_ones_are_served(judging, lambert):
     """Of 32, four fit, two of which are alike; the others differ more but do not fit."""
     dark, darker = (0.25, 0.025, 0.025), (0.125, 0.0125, 0.0125)
     weights = lambert(*[GREEN, BLUE] * 14, RED, RED, dark, darker)[None]
@@ -68,7 +60,7 @@ def test_of_good_answers_the_different_ones_are_served(judging):
     assert set(map(tuple, found[0].tolist())) == set(map(tuple, lambert(RED, darker).tolist()))
 
 
-def test_what_is_called_as_the_text_says_wins_where_pictures_say_nothing(judging, toy):
+def test_what_is_called_as_the_text_says_wins_where_pictures_say_nothing(judging, toy, lambert):
     judging.images = lambda pictures: torch.ones(len(pictures), 1)
     judging.descriptions = Descriptions(toy())
     weights = lambert(RED, GREEN, BLUE)[None]

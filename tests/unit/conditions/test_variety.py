@@ -7,15 +7,8 @@ from neumat.fields.layout import SIZE
 from neumat.seeds import torch_generator
 
 
-def even(*values):
-    """Return the weights (n, 675) of fields with log(1 + f) = value everywhere."""
-    weights = torch.zeros(len(values), SIZE)
-    weights[:, -3:] = torch.tensor(values)[:, None]
-    return weights
-
-
-def test_each_is_the_farthest_from_those_before_it():
-    rows = torch.stack([even(0.1, 0.2, 0.9, 0.5), even(0.5, 0.1, 0.2, 0.9)])
+def test_each_is_the_farthest_from_those_before_it(lambert):
+    rows = torch.stack([lambert(0.1, 0.2, 0.9, 0.5), lambert(0.5, 0.05, 0.2, 0.9)])
     assert most_different(rows, 3).tolist() == [[0, 2, 3], [0, 1, 3]]
 
 
@@ -25,5 +18,5 @@ def test_all_are_chosen_once_where_all_are_wanted():
     assert most_different(weights, 7).sort(1).values.tolist() == [list(range(7))] * 2
 
 
-def test_what_is_there_twice_is_chosen_last():
-    assert most_different(even(0.3, 0.3, 0.31, 0.7)[None], 3).tolist() == [[0, 3, 2]]
+def test_what_is_there_twice_is_chosen_last(lambert):
+    assert most_different(lambert(0.3, 0.3, 0.31, 0.7)[None], 3).tolist() == [[0, 3, 2]]
