@@ -26,6 +26,17 @@ def buffer(values):
     return (mi.Float if dr.is_jit_v(mi.Float) else mi.ArrayXf)(flat)
 
 
+def called(function, active, *arguments):
+    """Return function(*arguments), where `active`.
+
+    In compiled variants the function stays one of its own in the kernel: a field's thousand operations would else be
+    compiled again at each place from where a BSDF or a blend of some evaluates one, up to a minute for a scene.
+    """
+    if dr.is_jit_v(mi.Float):
+        return dr.switch(mi.UInt32(0), [lambda *given, active: function(*given)], *arguments, active=active)
+    return function(*arguments)
+
+
 def _read4(source, index):
     """Return the four numbers from 4 * index on."""
     if dr.is_jit_v(mi.Float):

@@ -152,7 +152,8 @@ def _classes():
             active = active & (si.wi.z > 0) & (wo.z > 0)
             if active is False:
                 return mi.Color3f(0.0)
-            return dr.select(active, self.value(si.wi, wo) * (self.scale * wo.z), 0.0)
+            value = drjit_brdf.called(self.value, active, si.wi, wo)
+            return dr.select(active, value * (self.scale * wo.z), 0.0)
 
         def pdf(self, ctx, si, wo, active=True):
             active = active & (si.wi.z > 0) & (wo.z > 0)
