@@ -42,7 +42,7 @@ def test_scenes_have_their_pictures_and_models_within_the_tolerance(smoke):
     assert set(chosen["object"]) == {"floor", "ball"} and len(chosen) == 3
     assert ((chosen["measured"] <= chosen["tolerance"]) | (chosen["rung"] == "field-21")).all()
     ladder = pd.read_csv(smoke / "results/tables/ladder.csv")
-    fields = {f"field-{width}" for width in (4, 8, 10, 12, 21)}
+    fields = {f"field-{width}" for width in (4, 8, 10, 12, 16, 21)}
     assert set(ladder["rung"]) == {"lambert", "glossy", "sgd", "table"} | fields
     assert (ladder["psnr"][ladder["rung"] == "table"] > 100).all()
 

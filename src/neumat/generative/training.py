@@ -30,12 +30,14 @@ def seeded(seed, *names):
 def bfloat16_pays(on):
     """Return whether matrix products in bfloat16 are faster than in float32 on that device.
 
-    Of CPUs those with a matrix unit: with vector instructions alone (avx512_bf16) a training takes half as long again.
+    Of CPUs those with a matrix unit (amx_bf16), and AMD's with avx512_bf16: a training takes 0.58 of the time there
+    (Zen 4). Intel's avx512_bf16 without a matrix unit is no help: 1.45 of the time (both measured with torch 2.13).
     """
     if on.type == "cuda":
         return torch.cuda.is_bf16_supported(including_emulation=False)
     with contextlib.suppress(OSError), open("/proc/cpuinfo") as file:
-        return "amx_bf16" in file.read()
+        cpu = file.read()
+        return "amx_bf16" in cpu or ("AuthenticAMD" in cpu and "avx512_bf16" in cpu)
     return False
 
 

@@ -16,7 +16,7 @@ import torch
 from neumat.brdf.analytic import SGD_PARAMETERS
 from neumat.brdf.coordinates import cosines, half_difference
 from neumat.fields.fit import learning_rate
-from neumat.fields.layout import matrices
+from neumat.fields.layout import matrices, widths_of
 from neumat.fields.optimisers import Soap
 from neumat.scenes.models import WIDTHS, Model
 from neumat.seeds import torch_generator
@@ -164,11 +164,29 @@ def _sgd(x):
     return torch.stack(numbers, -2).flatten(-2)
 
 
-def fit_fields(rung, pools, fields, steps, seed):
-    """Return a Model of a field rung for each of the pools' materials, by SOAP from their pruned `fields` (u, 675)."""
+def fit_fields(rungs, pools, fields, steps, seed, progress=iter):
+    """Return {rung: [Model of each of the pools' materials]} of field rungs, by SOAP from pruned `fields` (u, 675).
+
+    The widest is fitted first. The others start from `fields` and once more from the next wider one's fit, which loses
+    less by being pruned but brings its own errors: the better of both is kept. A Model's seconds are all that it took
+    to come to it, the wider ones' included.
+    """
     start = time.process_time()
-    first = pruned(fields, pools, WIDTHS[rung])
-    found = [_descend([layer.clone() for layer in first], pools, *run, steps, seed) for run in RUNS]
+    starts, found = [fields], {}
+    for rung in progress(sorted(rungs, key=WIDTHS.get, reverse=True)):
+        numbers = _fit_width(WIDTHS[rung], pools, starts, steps, seed)
+        seconds = (time.process_time() - start) / len(fields)
+        found[rung] = [Model(rung, x, seconds) for x in numbers]
+        starts = [fields, numbers]
+    return {rung: found[rung] for rung in rungs}
+
+
+def _fit_width(width, pools, starts, steps, seed):
+    """Return the best numbers (u, n) of fields of `width` that come from any of `starts`, [(u, numbers), ...]."""
+    first = [pruned(fields, pools, width) for fields in starts]
+    found = [
+        _descend([layer.clone() for layer in layers], pools, *run, steps, seed) for layers in first for run in RUNS
+    ]
     at = torch.arange(0, POOL, 8)
     inputs = half_difference(*(axis[:, at] for axis in pools.angles))
     errors = torch.stack(
@@ -176,8 +194,7 @@ def fit_fields(rung, pools, fields, steps, seed):
     )
     best = errors.nan_to_num(torch.inf).argmin(0)
     flat = torch.stack([torch.cat([layer.flatten(1) for layer in layers], 1) for layers in found])
-    seconds = (time.process_time() - start) / len(fields)
-    return [Model(rung, flat[k, i], seconds) for i, k in enumerate(best)]
+    return flat[best, torch.arange(len(best))]
 
 
 def _descend(layers, pools, rate, even, steps, seed):
@@ -199,15 +216,15 @@ def _descend(layers, pools, rate, even, steps, seed):
 
 @torch.no_grad()
 def pruned(fields, pools, width):
-    """Return the layers [(u, in + 1, out), ...], the bias as the last row, of fields (u, 675) with `width` units left
-    in each hidden layer.
+    """Return the layers [(u, in + 1, out), ...], the bias as the last row, of fields (u, numbers) with `width` units
+    left in each hidden layer.
 
     The unit goes whose loss costs least, one after the other; its mean value stays, in the biases that follow.
     """
     at = torch.arange(0, POOL, POOL // PROBES)
     inputs = half_difference(*(axis[:, at] for axis in pools.angles))
     target = pools.values[:, at]
-    layers = matrices(fields)
+    layers = matrices(fields, widths_of(fields.shape[1]))
     while layers[0].shape[2] > width:
         for k in (0, 1):
             units = range(layers[k].shape[2])

@@ -13,7 +13,7 @@ from neumat.render.mitsuba_scene import render_bsdf
 from neumat.render.scene import to_srgb8
 from neumat.scenes.costs import nanoseconds
 from neumat.scenes.fits import even_queries, fit_analytic, fit_fields, pools, query_error
-from neumat.scenes.models import ANALYTIC, ANALYTIC_SHARE, WIDTHS, Model
+from neumat.scenes.models import ANALYTIC, ANALYTIC_SHARE, SMALLER, WIDEST, Model
 
 SIZE, SAMPLES = 128, 64  # of the pictures that are compared
 
@@ -31,9 +31,8 @@ def ladder_table(store, materials, first, steps, seed, progress=iter):
     pool = pools({name: even_queries(table, seed) for name, table in tables.items()}, tables, seed)
     fields = torch.stack([field for _, field in materials.values()])
     found = {rung: fit_analytic(rung, pool, steps // ANALYTIC_SHARE, seed) for rung in progress(ANALYTIC)}
-    for rung in progress(WIDTHS):
-        start = first.expand_as(fields) if rung == "field-21" else fields
-        found[rung] = fit_fields(rung, pool, start, steps, seed)
+    found |= fit_fields(SMALLER, pool, fields, steps, seed, progress)
+    found |= fit_fields([WIDEST], pool, first.expand_as(fields), steps, seed, progress)
     found["table"] = [_tabulated(store, index) for index, _ in materials.values()]
     rows = []
     with TemporaryDirectory() as folder:

@@ -5,7 +5,7 @@
 | lambert | 3 | a diffuse material |
 | glossy | 7 | a diffuse base under one GGX lobe |
 | sgd | 33 | the shifted gamma distribution of microfacets, per channel (Bagher et al. 2012) |
-| field-4, -8, -10, -12, -21 | 63, 155, 213, 279, 675 | neural fields of that width (Sztrajman et al. 2021) |
+| field-4, -8, -10, -12, -16, -21 | 63, 155, 213, 279, 435, 675 | neural fields of that width (Sztrajman et al. 2021) |
 | table | 4374000 | the values on the MERL grid |
 """
 
@@ -20,7 +20,8 @@ from neumat.brdf.table import Table
 from neumat.fields.field import Field
 from neumat.fields.layout import widths_of
 
-WIDTHS = {f"field-{width}": width for width in (4, 8, 10, 12, 21)}
+WIDTHS = {f"field-{width}": width for width in (4, 8, 10, 12, 16, 21)}
+*SMALLER, WIDEST = WIDTHS
 ANALYTIC_SHARE = 5  # analytic models take as many times fewer training steps than fields
 ANALYTIC = ("lambert", "glossy", "sgd")
 

@@ -15,14 +15,13 @@ from neumat.scenes.choice import Prediction, alone, choose, upgrade
 from neumat.scenes.compose import compose, units
 from neumat.scenes.costs import nanoseconds
 from neumat.scenes.fits import even_queries, fit_analytic, fit_fields, pools, query_error
-from neumat.scenes.models import ANALYTIC, ANALYTIC_SHARE, WIDTHS, Model
+from neumat.scenes.models import ANALYTIC, ANALYTIC_SHARE, SMALLER, WIDEST, Model
 from neumat.scenes.pictures import render, shown
 from neumat.scenes.replay import importance
 from neumat.scenes.trace import coverage, trace
 from neumat.scenes.visible import flip, object_errors
 
-SMALLER = [rung for rung in WIDTHS if rung != "field-21"]
-TRUE = "field-21"  # what a scene's materials are: the fields of NeuMERL and of the generative models
+TRUE = WIDEST  # what a scene's materials are: the fields of NeuMERL and of the generative models
 
 
 class Needs:
@@ -68,7 +67,7 @@ class Needs:
         fields = torch.stack([self.materials[unit][1] for unit in self.units])
         steps = self.settings["fit_steps"]
         fitted = {rung: fit_analytic(rung, pool, steps // ANALYTIC_SHARE, seed) for rung in self.progress(ANALYTIC)}
-        return fitted | {rung: fit_fields(rung, pool, fields, steps, seed) for rung in self.progress(SMALLER)}
+        return fitted | fit_fields(SMALLER, pool, fields, steps, seed, self.progress)
 
     def fits(self):
         """Return a DataFrame of every fit under either distribution of queries, at equal weights.

@@ -10,13 +10,10 @@ def replay(trace, values):
     """
     radiance, through = trace.seen, torch.ones_like(trace.seen)
     for depth, vertex in enumerate(trace.vertices):
-        lit, onward = (
-            sum(
-                torch.zeros_like(through).index_add(0, queries.path, values[depth, which, unit] * queries.factor)
-                for unit, queries in getattr(vertex, which).items()
-            )
-            for which in ("lit", "onward")
-        )
+        lit, onward = (torch.zeros_like(through) for _ in range(2))
+        for total, which in ((lit, "lit"), (onward, "onward")):
+            for unit, queries in getattr(vertex, which).items():
+                total.index_add_(0, queries.path, values[depth, which, unit] * queries.factor)
         radiance = radiance + through * lit
         through = through * onward
         radiance = radiance + through * vertex.met

@@ -14,7 +14,7 @@ compiled = pytest.mark.skipif(
     variant() != "llvm_ad_rgb", reason="needs a compiled Mitsuba variant: no working LLVM library was found"
 )
 RUNGS = (*ANALYTIC, *WIDTHS, "table")
-BYTES = dict(zip(RUNGS, (12, 28, 132, 252, 620, 852, 1116, 2700, 17_496_000), strict=True))
+BYTES = dict(zip(RUNGS, (12, 28, 132, 252, 620, 852, 1116, 1740, 2700, 17_496_000), strict=True))
 ROUGH = Glossy((0.3, 0.2, 0.1), (0.05, 0.06, 0.1), 0.4)
 
 
