@@ -1,3 +1,5 @@
+import io
+
 import pytest
 import torch
 from torch import nn
@@ -83,6 +85,26 @@ def test_a_diverging_loss_is_reported(monkeypatch):
     arguments = {"steps": 2, "lr": 1.0, "seed": 0, "progress": iter, "checkpoint": None, "identity": {}}
     with pytest.raises(NeumatError, match="finite loss"):
         train(network, lambda _: network(torch.ones(1)).sum() * float("nan"), **arguments)
+
+
+@pytest.mark.parametrize(
+    ("cpu", "pays"),
+    [
+        ("vendor_id: GenuineIntel\nflags: avx512_bf16 amx_bf16", True),
+        ("vendor_id: AuthenticAMD\nflags: avx512_bf16", True),
+        ("vendor_id: GenuineIntel\nflags: avx512_bf16", False),
+        ("vendor_id: AuthenticAMD\nflags: avx2", False),
+        (None, False),  # no such file: another system
+    ],
+)
+def test_bfloat16_is_taken_by_itself_only_where_it_was_measured_to_be_faster(cpu, pays, monkeypatch):
+    def opened(path):
+        if cpu is None:
+            raise FileNotFoundError(path)
+        return io.StringIO(cpu)
+
+    monkeypatch.setattr(training, "open", opened, raising=False)
+    assert training.bfloat16_pays(torch.device("cpu")) == pays
 
 
 def test_an_unknown_precision_is_refused():
