@@ -3,6 +3,7 @@ import torch
 
 from neumat.brdf.analytic import GGX
 from neumat.brdf.coordinates import above_horizon, grid_angles
+from neumat.fields import fit as fit_module
 from neumat.fields.field import evaluate_inputs, log_reflectance
 from neumat.fields.fit import (
     Directions,
@@ -132,3 +133,14 @@ def test_the_first_field_keeps_nearly_all_units_at_work(problem):
     hidden = torch.relu(directions.inputs @ kernel + bias)
     assert (hidden > 0).any(0).sum() >= 18
     assert (hidden @ kernel2 + bias2 > 0).any(0).sum() >= 18
+
+
+def test_the_first_field_is_the_best_of_several(problem, monkeypatch):
+    directions, values, _ = problem
+    several = first_field(values[:, :1], directions, CONFIG, 0)
+    monkeypatch.setattr(fit_module, "CANDIDATES", 1)
+    single = [first_field(values[:, :1], directions, CONFIG, seed) for seed in range(4)]
+    loss, *others = losses(
+        torch.stack([several, *single]), values[:, :1].expand(-1, 5, -1), directions, directions.train
+    )[0].tolist()
+    assert loss < sum(others) / len(others)
