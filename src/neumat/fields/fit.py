@@ -219,7 +219,7 @@ def first_field(values, directions, config, seed, widths=WIDTHS, progress=iter):
         weights = torch.stack([revive(one, directions.inputs[::97], fresh, widths) for one in weights])
         targets = values.expand(-1, len(weights), -1).contiguous()
         weights = train(targets, directions, weights, config, soap, f"{seed}/first {k}", widths, progress)
-        loss, _, _ = losses(weights, targets, directions, directions.train[::8], widths)
+        loss, _, _ = losses(weights, targets, directions, directions.train[::97], widths)
         weights = weights[loss.argsort()[: max(1, len(weights) // 2)]]
     return weights[0]
 

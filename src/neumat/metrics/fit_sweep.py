@@ -24,7 +24,7 @@ SHARES = (0.25, 0.5, 2, 4)  # of the default's samples, of both optimisers
 SWEEP = {
     "schedule": ("constant",),
     "precision": ("float32", "bfloat16"),
-    "batch_size": (128, 512),
+    "batch_size": (256, 512),
     "highlight_share": (0.0, 0.25, 0.5, 0.75, 1.0),
 }
 ADAM, SOAP = (2, 4), (1, 2)  # shares of the default's samples that go to one optimiser alone
