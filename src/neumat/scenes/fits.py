@@ -7,6 +7,7 @@ mean of |log((f' + floor) / (f + floor))|, and the same of the sums over all que
 highlight at once.
 """
 
+import functools
 import math
 import time
 from dataclasses import dataclass
@@ -164,37 +165,42 @@ def _sgd(x):
     return torch.stack(numbers, -2).flatten(-2)
 
 
-def fit_fields(rungs, pools, fields, steps, seed, progress=iter):
+def fit_fields(rungs, pools, fields, steps, seed, progress=iter, judge=None):
     """Return {rung: [Model of each of the pools' materials]} of field rungs, by SOAP from pruned `fields` (u, 675).
 
     The widest is fitted first. The others start from `fields` and once more from the next wider one's fit, which loses
-    less by being pruned but brings its own errors: the better of both is kept. A Model's seconds are all that it took
-    to come to it, the wider ones' included.
+    less by being pruned but brings its own errors: of all runs, the best by `judge` is kept, which returns the errors
+    (u,) of numbers (u, n), and is the training loss where none is given. A Model's seconds are all that it took to come
+    to it, the wider ones' included.
     """
+    judge = judge or functools.partial(_pool_loss, pools)
     start = time.process_time()
     starts, found = [fields], {}
     for rung in progress(sorted(rungs, key=WIDTHS.get, reverse=True)):
-        numbers = _fit_width(WIDTHS[rung], pools, starts, steps, seed)
+        numbers = _fit_width(WIDTHS[rung], pools, starts, steps, seed, judge)
         seconds = (time.process_time() - start) / len(fields)
         found[rung] = [Model(rung, x, seconds) for x in numbers]
         starts = [fields, numbers]
     return {rung: found[rung] for rung in rungs}
 
 
-def _fit_width(width, pools, starts, steps, seed):
+def _fit_width(width, pools, starts, steps, seed, judge):
     """Return the best numbers (u, n) of fields of `width` that come from any of `starts`, [(u, numbers), ...]."""
     first = [pruned(fields, pools, width) for fields in starts]
     found = [
         _descend([layer.clone() for layer in layers], pools, *run, steps, seed) for layers in first for run in RUNS
     ]
+    flat = torch.stack([torch.cat([layer.flatten(1) for layer in layers], 1) for layers in found])
+    best = torch.stack([judge(numbers) for numbers in flat]).nan_to_num(torch.inf).argmin(0)
+    return flat[best, torch.arange(len(best))]
+
+
+def _pool_loss(pools, numbers):
+    """Return the loss (u,), each channel's mean included, of fields' numbers (u, n) at an eighth of the pool."""
     at = torch.arange(0, POOL, 8)
     inputs = half_difference(*(axis[:, at] for axis in pools.angles))
-    errors = torch.stack(
-        [_field_loss(_values(inputs, layers).clamp_min(0), pools.values[:, at], pools.floor, 1.0) for layers in found]
-    )
-    best = errors.nan_to_num(torch.inf).argmin(0)
-    flat = torch.stack([torch.cat([layer.flatten(1) for layer in layers], 1) for layers in found])
-    return flat[best, torch.arange(len(best))]
+    found = _values(inputs, matrices(numbers, widths_of(numbers.shape[1]))).clamp_min(0)
+    return _field_loss(found, pools.values[:, at], pools.floor, 1.0)
 
 
 def _descend(layers, pools, rate, even, steps, seed):

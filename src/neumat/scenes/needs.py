@@ -9,7 +9,7 @@ import pandas as pd
 import torch
 
 from neumat.fields.field import Field
-from neumat.fields.layout import SIZE
+from neumat.fields.layout import SIZE, widths_of
 from neumat.render.mitsuba_scene import bsdf
 from neumat.scenes.choice import Prediction, alone, choose, upgrade
 from neumat.scenes.compose import compose, units
@@ -51,7 +51,9 @@ class Needs:
             "scene": pools(queries, self.truth, seed),
             "all angles": pools({unit: even_queries(self.truth[unit], seed) for unit in queries}, self.truth, seed),
         }
-        self.fitted = {under: self._fit(pool, seed) for under, pool in self.pools.items()}
+        # What a picture shows of an error depends on where it lies: scene fits are told apart by what they show.
+        judges = {"scene": self._shown, "all angles": None}
+        self.fitted = {under: self._fit(pool, seed, judges[under]) for under, pool in self.pools.items()}
         self.ladder = {
             unit: [*(models[k] for models in self.fitted["scene"].values()), Model(TRUE, materials[unit][1])]
             for k, unit in enumerate(self.units)
@@ -62,12 +64,18 @@ class Needs:
         height = round(width * self.settings["height"] / self.settings["width"])
         return compose(self.layout, plugins, width, height)
 
-    def _fit(self, pool, seed):
-        """Return {rung: [Model of each unit]} below the true one, fitted under a Pools."""
+    def _shown(self, numbers):
+        """Return the predicted mean FLIP (u,) of each unit's object with a field of numbers (u, n), all else true."""
+        fields = zip(self.units, numbers, strict=True)
+        found = [self.prediction.errors({u: Field(x, widths_of(len(x)))})[u[0]] for u, x in fields]
+        return torch.tensor(found)
+
+    def _fit(self, pool, seed, judge):
+        """Return {rung: [Model of each unit]} below the true one, fitted under a Pools, the best by `judge`."""
         fields = torch.stack([self.materials[unit][1] for unit in self.units])
         steps = self.settings["fit_steps"]
         fitted = {rung: fit_analytic(rung, pool, steps // ANALYTIC_SHARE, seed) for rung in self.progress(ANALYTIC)}
-        return fitted | fit_fields(SMALLER, pool, fields, steps, seed, self.progress)
+        return fitted | fit_fields(SMALLER, pool, fields, steps, seed, self.progress, judge)
 
     def fits(self):
         """Return a DataFrame of every fit under either distribution of queries, at equal weights.

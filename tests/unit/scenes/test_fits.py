@@ -168,6 +168,17 @@ def test_a_field_never_loses_by_starting_from_the_wider_one_too(wide, wide_pools
     assert max(shares) < 1.02 and min(shares) < 0.98
 
 
+def test_a_judge_of_its_own_tells_the_runs_apart(wide, wide_pools):
+    seen = []
+
+    def last_is_best(numbers):
+        seen.append(numbers)
+        return torch.tensor([-float(len(seen))])
+
+    fitted = fit_fields(["field-4"], wide_pools, wide, 5, 0, judge=last_is_best)["field-4"][0].numbers
+    assert torch.equal(fitted, seen[-1][0]) and not torch.equal(fitted, seen[0][0])
+
+
 def flat(layers):
     """Return the weights (n,) of the first material's layers."""
     return torch.cat([layer[0].flatten() for layer in layers])

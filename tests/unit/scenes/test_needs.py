@@ -15,7 +15,7 @@ SETTINGS = {
     "height": 32,
     "trace": {"width": 24, "samples": 16},
     "verify": {"width": 24, "samples": 32},
-    "fit_steps": 150,
+    "fit_steps": 300,
     "tolerances": [1e-6, 0.03, 1.0],
 }
 OBJECT = {"at": [0, 0], "size": 1.0, "turn": 0.0, "masks": [], "bump": None, "normals": None}
@@ -75,5 +75,4 @@ def test_fits_are_better_where_they_were_fitted(needs):
     fits = needs.fits().groupby(["rung", "under"])[["error_scene", "error_angles"]].mean()
     scene, angles = (fits.xs(under, level="under").loc[SMALLER] for under in ("scene", "all angles"))
     assert scene["error_scene"].mean() < angles["error_scene"].mean()
-    shares = [(fits["error_scene"] / fits["error_angles"]).mean() for fits in (scene, angles)]
-    assert shares[0] < 0.9 * shares[1]
+    assert scene["error_angles"].mean() > angles["error_angles"].mean()
