@@ -1,6 +1,5 @@
 """What a way of drawing directions costs and how much noise it leaves: Mitsuba's pictures, sampler by sampler."""
 
-import time
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -12,6 +11,7 @@ from neumat.fields.field import highlights
 from neumat.render import scene
 from neumat.render.lobes import SAMPLERS
 from neumat.render.mitsuba_scene import bsdf, render_scene, sphere_scene
+from neumat.render.variant import clock
 
 SIZE = 32  # pixels
 REFERENCE = 8  # times as many samples as the finest picture
@@ -28,10 +28,10 @@ def by_kind(weights):
 def noise_sweep(materials, samples, progress=iter):
     """Return a DataFrame of pictures: kind, material, sampler, spp, seconds, rmse, psnr.
 
-    materials: {kind: (name, weights (675,))}; samples: samples a pixel, ascending. seconds: CPU time of a picture,
-    once the scene is loaded and its kernel compiled. rmse: of the linear pictures of two seeds, exposed and clipped to
-    0..1 as they are shown, against one with REFERENCE times the most samples; that of "measured" holds the error of its
-    table too. psnr: the same in dB.
+    materials: {kind: (name, weights (675,))}; samples: samples a pixel, ascending. seconds: the time of a picture by
+    `clock`, once the scene is loaded and its kernel compiled. rmse: of the linear pictures of two seeds, exposed and
+    clipped to 0..1 as they are shown, against one with REFERENCE times the most samples; that of "measured" holds the
+    error of its table too. psnr: the same in dB.
     """
     rows = []
     with TemporaryDirectory() as folder:
@@ -45,9 +45,9 @@ def noise_sweep(materials, samples, progress=iter):
                 for spp in samples:
                     # The first picture compiles the kernel, which depends on the number of samples.
                     pictures = [render_scene(loaded, spp)]
-                    start = time.process_time()
+                    start = clock()
                     pictures.append(render_scene(loaded, spp, seed=2))
-                    seconds = time.process_time() - start
+                    seconds = clock() - start
                     rmse = float(np.sqrt(np.mean([(_shown(picture) - shown) ** 2 for picture in pictures])))
                     rows.append((kind, name, sampler, spp, seconds, rmse, -20 * np.log10(max(rmse, 1e-6))))
     return pd.DataFrame(rows, columns=["kind", "material", "sampler", "spp", "seconds", "rmse", "psnr"])

@@ -9,10 +9,14 @@ import importlib.metadata
 import os
 import subprocess
 import sys
+import time
 
-# Some LLVM versions abort the process at the first render, so each library is first tried in another process.
+import torch
+
+# Some LLVM versions abort the process at the first render, and CUDA is no use without OptiX: so each is first tried,
+# in another process.
 PROBE = (
-    "import mitsuba as mi; mi.set_variant('llvm_ad_rgb');"
+    "import sys, mitsuba as mi; mi.set_variant(sys.argv[1]);"
     "print(mi.render(mi.load_dict({'type': 'scene', 's': {'type': 'sphere'}, 'e': {'type': 'constant'},"
     "'i': {'type': 'path'}, 'c': {'type': 'perspective', 'f': {'type': 'hdrfilm', 'width': 4, 'height': 4}}}), spp=1))"
 )
@@ -30,12 +34,24 @@ def _llvm_libraries():
     yield from filter(None, (ctypes.util.find_library(f"LLVM-{version}") for version in range(23, 16, -1)))
 
 
+def _renders(name, **environment):
+    command = [sys.executable, "-c", PROBE, name]
+    return subprocess.run(command, env=os.environ | environment, capture_output=True).returncode == 0
+
+
 @functools.cache
 def variant():
-    """Return the best Mitsuba variant, after a trial in another process: "llvm_ad_rgb", else "scalar_rgb"."""
+    """Return the best Mitsuba variant that renders here: "cuda_ad_rgb", "llvm_ad_rgb", else "scalar_rgb"."""
+    if torch.cuda.is_available() and _renders("cuda_ad_rgb"):
+        return "cuda_ad_rgb"
     for path in _llvm_libraries():
-        environment = {**os.environ, "DRJIT_LIBLLVM_PATH": path}
-        if subprocess.run([sys.executable, "-c", PROBE], env=environment, capture_output=True).returncode == 0:
+        if _renders("llvm_ad_rgb", DRJIT_LIBLLVM_PATH=path):
             os.environ["DRJIT_LIBLLVM_PATH"] = path
             return "llvm_ad_rgb"
     return "scalar_rgb"
+
+
+def clock():
+    """Return the time, s, by which Mitsuba's work is timed: the CPU's, which others on the machine disturb least; where
+    a GPU does the work, the wall's."""
+    return time.perf_counter() if variant() == "cuda_ad_rgb" else time.process_time()

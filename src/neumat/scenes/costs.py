@@ -1,11 +1,10 @@
 """What a query of a model costs in Mitsuba."""
 
-import time
-
 import numpy as np
 import torch
 
 from neumat.render.mitsuba_scene import mitsuba
+from neumat.render.variant import clock
 from neumat.seeds import torch_generator
 
 QUERIES = {"scalar": 500, "jit": 1 << 19}
@@ -13,7 +12,7 @@ REPEATS = 5
 
 
 def nanoseconds(plugin):
-    """Return the CPU time of one evaluation of a BSDF, a Mitsuba dictionary, in ns: the least of REPEATS.
+    """Return the time (see `clock`) of one evaluation of a BSDF, a Mitsuba dictionary, in ns: the least of REPEATS.
 
     In compiled variants of Mitsuba as part of half a million, once compiled; in scalar ones, of one at a time.
     """
@@ -33,7 +32,7 @@ def nanoseconds(plugin):
         dr.eval(si, direction)
     seconds = []
     for _ in range(REPEATS + 1):  # the first one compiles
-        start = time.process_time()
+        start = clock()
         if jit:
             dr.eval(bsdf.eval(context, si, direction))
             dr.sync_thread()
@@ -42,5 +41,5 @@ def nanoseconds(plugin):
             for one, other in zip(wi.T, wo.T, strict=True):
                 si.wi = mi.Vector3f(one)
                 bsdf.eval(context, si, mi.Vector3f(other))
-        seconds.append(time.process_time() - start)
+        seconds.append(clock() - start)
     return float(np.min(seconds[1:])) / count * 1e9

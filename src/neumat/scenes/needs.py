@@ -1,7 +1,6 @@
 """No more model than a scene needs: the ladder fitted under a scene's own queries, the cheapest models chosen for a
 tolerance, and both pictures rendered to verify it."""
 
-import time
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -11,6 +10,7 @@ import torch
 from neumat.fields.field import Field
 from neumat.fields.layout import SIZE, widths_of
 from neumat.render.mitsuba_scene import bsdf
+from neumat.render.variant import clock
 from neumat.scenes.choice import Prediction, alone, choose, upgrade
 from neumat.scenes.compose import compose, units
 from neumat.scenes.costs import nanoseconds
@@ -146,7 +146,7 @@ class _Verifier:
         self.noise = object_errors(flip(self.picture, other), self.coverage)
 
     def measure(self, chosen):
-        """Return ({object: mean FLIP}, CPU seconds of the picture)."""
+        """Return ({object: mean FLIP}, seconds of the picture by `clock`)."""
         key = tuple(sorted(chosen.items()))
         if chosen == self.true:
             return dict.fromkeys(self.coverage, 0.0), self.seconds
@@ -162,12 +162,12 @@ class _Verifier:
         return needs.composed(plugins, needs.settings["verify"]["width"])
 
     def _timed(self, composition, seed=0):
-        """Return the picture as shown, and the CPU seconds of its second half: the first compiles the kernel."""
+        """Return the picture as shown, and the seconds by `clock` of its second half: the first compiles the kernel."""
         half = self.needs.settings["verify"]["samples"] // 2
         total = render(composition, half, seed)
-        start = time.process_time()
+        start = clock()
         total = total + render(composition, half, seed + 1)
-        return shown(total / 2, self.needs.layout["exposure"]), 2 * (time.process_time() - start)
+        return shown(total / 2, self.needs.layout["exposure"]), 2 * (clock() - start)
 
 
 def _error(material, pool, k):

@@ -8,7 +8,7 @@ from neumat.scenes.compose import LIGHTS, compose, surface, units
 from neumat.seeds import numpy_generator
 
 compiled = pytest.mark.skipif(
-    variant() != "llvm_ad_rgb", reason="needs a compiled Mitsuba variant: no working LLVM library was found"
+    variant() == "scalar_rgb", reason="needs a compiled Mitsuba variant: no working LLVM library was found"
 )
 WHITE = {"type": "diffuse", "reflectance": {"type": "rgb", "value": 1.0}}
 PLAIN = {"shape": "sphere", "repeat": 1.0, "masks": [], "bump": None, "normals": None}

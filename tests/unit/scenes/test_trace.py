@@ -17,7 +17,7 @@ from neumat.scenes.textures import MASKS, texture
 from neumat.scenes.trace import trace
 
 pytestmark = pytest.mark.skipif(
-    variant() != "llvm_ad_rgb", reason="needs a compiled Mitsuba variant: no working LLVM library was found"
+    variant() == "scalar_rgb", reason="needs a compiled Mitsuba variant: no working LLVM library was found"
 )
 WIDTH, HEIGHT, SAMPLES = 8, 6, 512
 
@@ -259,7 +259,7 @@ def test_the_same_seed_gives_the_same_trace(layout, grey):
 SCALAR = """
 import json, sys, torch
 from neumat.render import variant
-variant._llvm_libraries = lambda: iter(())
+variant._renders = lambda name, **environment: False
 from neumat.render.mitsuba_scene import mitsuba
 assert mitsuba().variant() == "scalar_rgb"
 from neumat.scenes.compose import compose
