@@ -17,6 +17,13 @@ def llvm():
 
 
 @pytest.fixture(scope="session")
+def compiled():
+    """Skip where Mitsuba runs Python per sample."""
+    if variant() == "scalar_rgb":
+        pytest.skip("needs a compiled Mitsuba variant: neither CUDA nor a working LLVM library was found")
+
+
+@pytest.fixture(scope="session")
 def check_stresses():
     """Assert what holds of every table of stresses: all as expected, in words, and without a path."""
 

@@ -42,13 +42,12 @@ def _renders(name, **environment):
 @functools.cache
 def variant():
     """Return the best Mitsuba variant that renders here: "cuda_ad_rgb", "llvm_ad_rgb", else "scalar_rgb"."""
+    llvm = next((path for path in _llvm_libraries() if _renders("llvm_ad_rgb", DRJIT_LIBLLVM_PATH=path)), None)
+    if llvm:  # with CUDA too, for who sets LLVM's variant later
+        os.environ["DRJIT_LIBLLVM_PATH"] = llvm
     if torch.cuda.is_available() and _renders("cuda_ad_rgb"):
         return "cuda_ad_rgb"
-    for path in _llvm_libraries():
-        if _renders("llvm_ad_rgb", DRJIT_LIBLLVM_PATH=path):
-            os.environ["DRJIT_LIBLLVM_PATH"] = path
-            return "llvm_ad_rgb"
-    return "scalar_rgb"
+    return "llvm_ad_rgb" if llvm else "scalar_rgb"
 
 
 def clock():

@@ -15,7 +15,7 @@ LABELS = {
 
 
 def noise_chart(table, path_stem):
-    """Draw `noise_sweep`'s table into `path_stem`.png and .svg: PSNR against CPU seconds, which is logarithmic."""
+    """Draw `noise_sweep`'s table into `path_stem`.png and .svg: PSNR against seconds, which is logarithmic."""
     kinds = list(dict.fromkeys(table["kind"]))
     with figure(2.3 * len(kinds), 3.0, ncols=len(kinds), squeeze=False) as (drawn, grid):
         for axes, kind in zip(grid[0], kinds, strict=True):
@@ -32,7 +32,7 @@ def noise_chart(table, path_stem):
                     linewidth=1.8 if default else 1,
                     label=label,
                 )
-            axes.set(xscale="log", xlabel="CPU seconds", title=f"{kind}: {part['material'].iloc[0]}")
+            axes.set(xscale="log", xlabel="seconds", title=f"{kind}: {part['material'].iloc[0]}")
             axes.title.set_fontsize(7)
             axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
             axes.xaxis.set_major_formatter("{x:g}")

@@ -102,7 +102,7 @@ class Needs:
 
         tolerance; object, material, rung, bytes, ns (of a query); queries: of a path; fit_seconds; predicted and
         measured: mean FLIP of the object with all materials' chosen models; noise: the same between two pictures of
-        the true ones; seconds: CPU time of the picture; upgrades: how often the pictures asked for better models than
+        the true ones; seconds: of the picture by `clock`; upgrades: how often the pictures asked for better models than
         were predicted. *_true: the same of the true materials.
         """
         with TemporaryDirectory() as folder:

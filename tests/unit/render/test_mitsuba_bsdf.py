@@ -17,12 +17,9 @@ from neumat.fields.layout import SIZE, size
 from neumat.render.lobes import SAMPLERS
 from neumat.render.mitsuba_scene import bsdf, mitsuba
 from neumat.render.quadrature import hemisphere
-from neumat.render.variant import variant
 from neumat.seeds import torch_generator
 
-compiled = pytest.mark.skipif(
-    variant() == "scalar_rgb", reason="needs a compiled Mitsuba variant: no working LLVM library was found"
-)
+compiled = pytest.mark.usefixtures("compiled")
 NAMES = [
     "black", "matte", "rough", "satin", "eggshell", "plastic",
     "waxed", "glossy", "lacquer", "polished", "steel", "mirror",

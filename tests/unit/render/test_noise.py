@@ -2,11 +2,10 @@ import pytest
 
 from neumat.render.lobes import SAMPLERS
 from neumat.render.noise import noise_sweep
-from neumat.render.variant import variant
 from neumat.reporting.noise_chart import LABELS, noise_chart
 
 
-@pytest.mark.skipif(variant() == "scalar_rgb", reason="needs a compiled Mitsuba variant: no LLVM library was found")
+@pytest.mark.usefixtures("compiled")
 def test_noise_falls_with_the_samples_and_with_fitted_lobes(ladder, tmp_path):
     table = noise_sweep({"matte": ("a", ladder["matte"]), "glossy": ("b", ladder["glossy"])}, [4, 64])
     assert set(table["sampler"]) == {*SAMPLERS, "measured"} == set(LABELS)

@@ -3,13 +3,10 @@ import pytest
 
 from neumat.errors import NeumatError
 from neumat.render.mitsuba_scene import mitsuba
-from neumat.render.variant import variant
 from neumat.scenes.compose import LIGHTS, compose, surface, units
 from neumat.seeds import numpy_generator
 
-compiled = pytest.mark.skipif(
-    variant() == "scalar_rgb", reason="needs a compiled Mitsuba variant: no working LLVM library was found"
-)
+compiled = pytest.mark.usefixtures("compiled")
 WHITE = {"type": "diffuse", "reflectance": {"type": "rgb", "value": 1.0}}
 PLAIN = {"shape": "sphere", "repeat": 1.0, "masks": [], "bump": None, "normals": None}
 

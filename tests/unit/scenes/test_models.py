@@ -6,13 +6,10 @@ from neumat.brdf.analytic import SGD_PARAMETERS, Glossy, sgd_parameters
 from neumat.brdf.coordinates import ENTRIES, above_horizon, grid_angles, rusinkiewicz
 from neumat.fields.layout import size
 from neumat.render.mitsuba_scene import mitsuba
-from neumat.render.variant import variant
 from neumat.scenes.models import ANALYTIC, WIDTHS, Model
 from neumat.seeds import torch_generator
 
-compiled = pytest.mark.skipif(
-    variant() == "scalar_rgb", reason="needs a compiled Mitsuba variant: no working LLVM library was found"
-)
+compiled = pytest.mark.usefixtures("compiled")
 RUNGS = (*ANALYTIC, *WIDTHS, "table")
 BYTES = dict(zip(RUNGS, (12, 28, 132, 252, 620, 852, 1116, 1740, 2700, 17_496_000), strict=True))
 ROUGH = Glossy((0.3, 0.2, 0.1), (0.05, 0.06, 0.1), 0.4)

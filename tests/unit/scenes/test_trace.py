@@ -10,15 +10,12 @@ import pytest
 import torch
 
 from neumat.render.mitsuba_scene import mitsuba
-from neumat.render.variant import variant
 from neumat.scenes.compose import MAX_DEPTH, compose
 from neumat.scenes.replay import importance, queried, replay
 from neumat.scenes.textures import MASKS, texture
 from neumat.scenes.trace import trace
 
-pytestmark = pytest.mark.skipif(
-    variant() == "scalar_rgb", reason="needs a compiled Mitsuba variant: no working LLVM library was found"
-)
+pytestmark = pytest.mark.usefixtures("compiled")
 WIDTH, HEIGHT, SAMPLES = 8, 6, 512
 
 
