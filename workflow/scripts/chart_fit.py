@@ -11,7 +11,16 @@ PANELS = [("loss", "loss_grid", "min", "held-out log-cosine loss"), ("psnr", "ps
 
 with stage(snakemake):
     store, params, output = snakemake.input, snakemake.params, snakemake.output
-    table = sweep(store.augmerl, store.sources, params.fit, params.materials, params.size, params.seed, progress)
+    table = sweep(
+        store.augmerl,
+        store.sources,
+        params.fit,
+        params.paper_samples,
+        params.materials,
+        params.size,
+        params.seed,
+        progress,
+    )
     for name, y, goal, title in PANELS:
         frontier_chart(
             table,

@@ -18,7 +18,7 @@ from neumat.metrics.fit_quality import Pictures, compare_pictures
 from neumat.render.scene import to_srgb8
 from neumat.seeds import torch_generator
 
-PAPER = {"samples": 117_000_000, "schedule": "constant", "learning_rate": 5e-3, "batch_size": 512}
+PAPER = {"schedule": "constant", "learning_rate": 5e-3, "batch_size": 512}
 PAPER |= {"highlight_share": 1.0, "precision": "float32", "polish": {"samples": 0}}
 SHARES = (0.25, 0.5, 2, 4)  # of the default's samples, of both optimisers
 SWEEP = {
@@ -32,9 +32,9 @@ SOAP_RATE = 1e-2  # the best for SOAP alone
 WIDE = (4, 8, 12, 32)
 
 
-def variants(default):
+def variants(default, paper_samples):
     """Return [(family, label, config, width)]: the default, one change at a time, each optimiser alone, and the papers'
-    schedule."""
+    schedule with its `paper_samples`."""
     found = [("default", f"{_millions(default)}, {default['schedule']}", default, 21)]
     for share in SHARES:
         config = _shared(default, share)
@@ -52,9 +52,7 @@ def variants(default):
         config = default | alone | {"polish": default["polish"] | polish}
         found.append(("optimiser", f"SOAP alone, {_millions(config)}", config, 21))
     found += [("width", f"width {width}", default, width) for width in WIDE]
-    paper = default | PAPER
-    paper["samples"] = PAPER["samples"] * default["samples"] // 2_250_000  # in step with a smaller default
-    return [*found, ("paper", "paper's schedule", paper, 21)]
+    return [*found, ("paper", "paper's schedule", default | PAPER | {"samples": paper_samples}, 21)]
 
 
 def _shared(default, share):
@@ -85,12 +83,12 @@ def published_rate(values, directions, seconds=5.0):
     return done / (time.process_time() - start)
 
 
-def sweep(augmerl_path, sources_path, default, materials, size, seed, progress=iter):
+def sweep(augmerl_path, sources_path, default, paper_samples, materials, size, seed, progress=iter):
     """Return a DataFrame: family, label, seconds (per material), loss_grid, loss_uniform, psnr, psnr_worst, ssim.
 
-    default: the section `fit`; materials: how many base materials, evenly spread over all. Seconds are CPU seconds of
-    one thread in this run, which a busy machine distorts least; `speedup` is against the published loop at the papers'
-    sample count, measured beside it.
+    default: the section `fit`; paper_samples: of the papers' schedule; materials: how many base materials, evenly
+    spread over all. Seconds are CPU seconds of one thread in this run, which a busy machine distorts least; `speedup`
+    is against the published loop at the papers' sample count, measured beside it.
     """
     store = AugMerl(augmerl_path, sources_path)
     directions = Directions(store.entries, seed)
@@ -99,9 +97,9 @@ def sweep(augmerl_path, sources_path, default, materials, size, seed, progress=i
     pictures = Pictures(store, size)
     expected = pictures.tables(bases)
     inputs = pictures.frozen.inputs.T.contiguous()
-    published = PAPER["samples"] / published_rate(values[:, 0], directions)
+    published = paper_samples / published_rate(values[:, 0], directions)
     rows, firsts = [], {}
-    for family, label, config, width in progress(variants(default)):
+    for family, label, config, width in progress(variants(default, paper_samples)):
         widths = (WIDTHS[0], width, width, WIDTHS[-1])
         if width not in firsts:  # once for all materials: no part of a material's seconds
             firsts[width] = first_field(values[:, :1], directions, default, seed, widths)
