@@ -27,7 +27,9 @@ def parser():
     made.add_argument("--category", help="a category of reflectance, such as mirror")
     made.add_argument("--image", type=Path, help="a photo or render of a material")
     made.add_argument("-n", type=int, default=6, help="how many materials (6)")
-    made.add_argument("--guidance", type=float, default=2.0, help="how closely to follow the request, from -1 (2)")
+    made.add_argument(
+        "--guidance", type=float, help="how closely to follow the request, from -1 (for texts and types 2, else 0)"
+    )
     made.add_argument("--candidates", type=int, default=16, help="drawn for each material, to choose from (16)")
     made.add_argument("--seed", type=int, default=0, help="another seed gives other materials (0)")
     made.add_argument("--model", type=Path, default=Path(MODEL), help=f"the trained model ({MODEL})")

@@ -197,7 +197,7 @@ rule text_ablation:
         prompts=contents("config/prompts.tsv"),
         powers=config["charts"]["text_powers"],
         samples=config["conditional"]["samples"],
-        guidance=config["conditional"]["guidance"],
+        guidance=config["conditional"]["guidance"]["text"],
         sampling_seed=config["generative"]["sampling"]["seed"],
         seed=config["seed"],
     script:

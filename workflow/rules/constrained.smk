@@ -109,6 +109,7 @@ rule constrained:
     params:
         code=code("constrained"),
         constrained=section("constrained", "categories"),
+        guidance=config["conditional"]["guidance"]["category"],
         sampling=config["generative"]["sampling"],
     script:
         "../scripts/constrained.py"

@@ -19,4 +19,4 @@ with stage(snakemake):
     table = guidance_sweep(bench, n, p.config["guidances"], p.sampling_seed, progress)
     with atomic_path(snakemake.output.table) as temporary:
         table.to_csv(temporary, index=False)
-    guidance_chart(table, p.config["guidance"], Path(snakemake.output.chart))
+    guidance_chart(table, p.config["guidance"].values(), Path(snakemake.output.chart))

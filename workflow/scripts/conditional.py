@@ -23,6 +23,6 @@ with stage(snakemake):
     with atomic_path(output.samples) as temporary, h5py.File(temporary, "w") as file:
         for modality, (requests, weights) in samples.items():
             file[f"{modality}/requests"], file[f"{modality}/samples"] = requests.names, weights.numpy()
-        file.attrs.update(guidance=p.config["guidance"], seed=p.sampling_seed)
+        file.attrs.update(guidance=str(p.config["guidance"]), seed=p.sampling_seed)
     for modality in FIGURES:
         request_figure(*samples[modality], p.size, p.spp, output[modality])

@@ -15,7 +15,7 @@ with stage(snakemake):
     if snakemake.wildcards.way:
         way, synthesiser = "guided", Synthesiser.load(snakemake.input[0])
         request = synthesiser.request(category=category)
-        sampler = functools.partial(synthesiser.model.draw, request=request, guidance=c["guidance"])
+        sampler = functools.partial(synthesiser.model.draw, request=request, guidance=snakemake.params.guidance)
     else:
         way, model = "rejection", HyperDiffusion.load(snakemake.input[0])
         model.sampler, model.nfe = sampling["sampler"], sampling["nfe"]

@@ -57,10 +57,14 @@ class Requests:
     def __len__(self):
         return len(self.names)
 
+    @property
+    def asked(self):
+        """The modality as the model knows it."""
+        return "image" if self.modality == "measured" else self.modality
+
     def each(self, n):
         """Return {modality: (r n, size)}: every request n times in a row."""
-        modality = "image" if self.modality == "measured" else self.modality
-        return {modality: self.embedding.repeat_interleave(n, 0)}
+        return {self.asked: self.embedding.repeat_interleave(n, 0)}
 
 
 class Bench:
@@ -224,16 +228,17 @@ def _mean(table, column):
 def compare(bench, n, guidance, candidates, seed, progress=iter):
     """Return (rows, types, samples): all measures; those of each type; {modality: (Requests, fields (r n, 675))}.
 
-    Rows have modality, method, measure, value, materials. Methods: "conditional" at `guidance`, and for texts and
-    images "conditional, best of k", which `Synthesiser.best` chose from k `candidates` for each, as samples are served;
-    "null: nearest", "null: unconditional" and the same, best of k; "training set", what training materials that are
-    right reach. types: `accuracies` of the conditional samples, by a judge that knows all sources (top1_seen) and by
-    one that has not seen the nearest.
+    Rows have modality, method, measure, value, materials. Methods: "conditional" at `guidance`, {modality: scale}, and
+    for texts and images "conditional, best of k", which `Synthesiser.best` chose from k `candidates` for each, as
+    samples are served; "null: nearest", "null: unconditional" and the same, best of k; "training set", what training
+    materials that are right reach. types: `accuracies` of the conditional samples, by a judge that knows all sources
+    (top1_seen) and by one that has not seen the nearest.
     """
     rows, samples, model = [], {}, bench.synthesiser.model
     for requests in progress(bench.requests()):
         every = np.repeat(np.arange(len(requests)), n)
-        weights, drawn = model.sample(len(every), seed, requests.each(n), guidance)
+        scale = guidance[requests.asked]
+        weights, drawn = model.sample(len(every), seed, requests.each(n), scale)
         answers = {
             "conditional": (weights, every),
             "null: nearest": (bench.nearest(requests, n), every),
@@ -243,7 +248,7 @@ def compare(bench, n, guidance, candidates, seed, progress=iter):
         samples[requests.modality] = requests, weights
         if requests.modality != "type" and candidates > 1:
             for method, asked in (("conditional", requests.each(n * candidates)), ("null: unconditional", {})):
-                many, _ = model.sample(len(every) * candidates, seed, asked, guidance)
+                many, _ = model.sample(len(every) * candidates, seed, asked, scale)
                 many = many.view(len(requests), n * candidates, -1)
                 best = bench.synthesiser.best(many, requests.each(1), n, requests.texts)
                 answers[f"{method}, best of {candidates}"] = best.flatten(0, 1), every

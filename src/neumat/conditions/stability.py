@@ -41,7 +41,7 @@ def stresses(bench, folder):
 def _settings(bench):
     model = bench.synthesiser.model
     yield Stress("guidance -1", f"exactly the unconditional model; {SAMPLES}", SAMPLED, lambda: _unconditional(bench))
-    for guidance in sorted({bench.guidance, 2, 5, 10, 20}):
+    for guidance in sorted({bench.guidance["text"], 2, 5, 10, 20}):
         yield Stress(f"guidance {guidance:g}", f"{SAMPLES} or one line", (*SAMPLED, REFUSED),
                      lambda guidance=guidance: bench.setting(guidance))  # fmt: skip
     for guidance in (-1.5, float("nan"), float("inf")):
@@ -138,7 +138,7 @@ def _conditions(bench):
 def _numbers(bench):
     def scaled(factor):
         request = {"text": bench.synthesiser.request(text="red")["text"] * factor}
-        return bench.answer(*bench.synthesiser.model.sample(N, bench.seed, request, bench.guidance))
+        return bench.answer(*bench.synthesiser.model.sample(N, bench.seed, request, bench.guidance["text"]))
 
     def counted(n):
         return bench.answer(*bench.synthesiser.synthesise(n, bench.seed, bench.guidance, CANDIDATES, text="red"))

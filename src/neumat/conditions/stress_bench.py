@@ -20,7 +20,8 @@ DISTANCE = "brdf_l1_log"
 class StressBench:
     """A Synthesiser, and what its samples are measured with.
 
-    entries: flat indices of the MERL grid, and training: fields (n, 675), for distances. guidance: the usual one.
+    entries: flat indices of the MERL grid, and training: fields (n, 675), for distances. guidance: the usual scales,
+    {modality: scale}.
     """
 
     def __init__(self, synthesiser, entries, training, guidance, seed):
@@ -52,9 +53,10 @@ class StressBench:
         """Return the Answer of another guidance or model to a colour word, and how far its raw draws are from the usual
         ones of the same noise; not right where that is beyond `within`, mean |log(1 + f) - log(1 + f')|."""
         usual, request = self.synthesiser.model, self.synthesiser.request(text=text)
-        model, guidance = model or usual, self.guidance if guidance is None else guidance
+        model, usually = model or usual, self.guidance["text"]
+        guidance = usually if guidance is None else guidance
         raw = model.draw(RAW, self.seed, request, guidance)
-        reference = usual.draw(RAW, self.seed, request, self.guidance)
+        reference = usual.draw(RAW, self.seed, request, usually)
         good = valid(raw)
         both = good & valid(reference)
         f, g = (self._materials(weights[both]).brdf for weights in (raw, reference))

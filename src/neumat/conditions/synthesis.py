@@ -17,6 +17,7 @@ from neumat.render.sphere import FrozenSphere, render_fields
 
 FARTHEST = 0.5  # cosine to the nearest training caption, below which a text is not about materials
 CANDIDATES = 16
+GUIDANCE = {"type": 2.0, "category": 0.0, "text": 2.0, "image": 0.0}
 # One in so many candidates is a good answer, of which the most different are served: a text leaves more open than a
 # picture does.
 CHOOSY = {"text": 4, "image": 8}
@@ -49,10 +50,11 @@ class Synthesiser:
         """Read the checkpoint that the rule `tune` wrote. Raises NeumatError for another file."""
         return cls(ConditionalDiffusion.load(path))
 
-    def synthesise(self, n, seed, guidance, candidates=CANDIDATES, **request):
+    def synthesise(self, n, seed, guidance=None, candidates=CANDIDATES, **request):
         """Return (weights (n, 675) of valid BRDFs, how many were drawn for them).
 
-        candidates: drawn for each of the n where a text or an image is given, see `best`. request: see `request`.
+        guidance: the scale, or {modality: scale}, see `scale`; None for GUIDANCE. candidates: drawn for each of the n
+        where a text or an image is given, see `best`. request: see `request`.
         Raises NeumatError for a request that cannot be met.
         """
         if candidates < 1:
@@ -60,7 +62,9 @@ class Synthesiser:
         embedded = self.request(**request)
         texts = self.encoder.encode_text([request["text"]]) if "text" in embedded else None
         many = n * candidates if CHOOSY.keys() & embedded.keys() else n
-        weights, drawn = self.model.sample(many, seed, embedded, guidance)
+        weights, drawn = self.model.sample(
+            many, seed, embedded, scale(GUIDANCE if guidance is None else guidance, embedded)
+        )
         return self.best(weights[None], embedded, n, texts)[0], drawn
 
     def best(self, weights, request, n, texts=None):
@@ -125,6 +129,12 @@ class Synthesiser:
     def images(self, pictures):
         """Return the embeddings (n, size) of uint8 sRGB pictures (n, H, W, 3)."""
         return self.projection.image(self.encoder.encode_image(pictures))
+
+
+def scale(guidance, request):
+    """Return the guidance scale of a request: `guidance`, or of {modality: scale} the least of what is asked for, since
+    what is exaggerated for one modality is lost for another."""
+    return min((guidance[name] for name in request), default=0.0) if isinstance(guidance, dict) else guidance
 
 
 def _one_hot(kind, name, names):

@@ -38,11 +38,11 @@ def _framed(picture, size):
     return framed
 
 
-def guidance_chart(table, default, path):
+def guidance_chart(table, usual, path):
     """Write chart 3, PNG and SVG: how well requests are met, how diverse the answers are and how many of the raw draws
     are no valid BRDF, against the guidance scale.
 
-    table: of `conditions.sweeps.guidance_sweep`. default: the scale in use, marked. path: of the PNG.
+    table: of `conditions.sweeps.guidance_sweep`. usual: the scales in use, marked. path: of the PNG.
     """
     x = np.arange(len(table))  # evenly spaced, whatever the scales
     panels = (
@@ -59,7 +59,7 @@ def guidance_chart(table, default, path):
         for axis, curves, title in zip(axes, panels, titles, strict=True):
             for k, (column, name) in enumerate(curves):
                 axis.plot(x, table[column], color=COLOURS[k], marker=MARKERS[k], markersize=4, linewidth=1, label=name)
-            for i in np.flatnonzero(table["guidance"] == default):
+            for i in np.flatnonzero(table["guidance"].isin(usual)):
                 axis.axvline(i, color=MUTED, linewidth=0.8, linestyle=(0, (4, 3)))
             axis.set_xticks(x, [f"{g:g}" for g in table["guidance"]])
             axis.set(xlabel="guidance scale w", title=title, ylim=(0, None))

@@ -14,7 +14,7 @@ from neumat.conditions.stress_bench import StressBench
 from neumat.conditions.synthesis import Synthesiser
 from neumat.fields.layout import SIZE
 from neumat.generative.base import Dataset
-from neumat.generative.conditional import ConditionalDiffusion, Tuning
+from neumat.generative.conditional import MODALITIES, ConditionalDiffusion, Tuning
 from neumat.generative.registry import make
 from neumat.generative.training import seeded
 from neumat.stress import stressed
@@ -61,7 +61,7 @@ def bench(toy):
         patch.setitem(encoders.ENCODERS, "toy", toy)
         synthesiser = Synthesiser(model)
     entries = torch.arange(0, np.prod(GRID), 20011)
-    return StressBench(synthesiser, entries, weights, guidance=1.0, seed=0)
+    return StressBench(synthesiser, entries, weights, dict.fromkeys(MODALITIES, 1.0), seed=0)
 
 
 def rows(bench, folder, *names):

@@ -5,8 +5,9 @@ import torch
 from torch.nn.functional import normalize
 
 from neumat.conditions.descriptions import Descriptions
-from neumat.conditions.synthesis import Synthesiser
+from neumat.conditions.synthesis import GUIDANCE, Synthesiser, scale
 from neumat.errors import NeumatError
+from neumat.generative.conditional import MODALITIES
 from neumat.render.sphere import FrozenSphere
 
 
@@ -29,6 +30,14 @@ def test_what_is_no_request_ends_in_one_line(request_, expected):
         synthesiser.request(**request_)
     str(error.value).encode()  # can be printed
     assert "\n" not in str(error.value)
+
+
+def test_guidance_is_the_least_of_what_is_asked_for():
+    assert GUIDANCE.keys() == set(MODALITIES)
+    request = {"text": None, "image": None}
+    assert scale({"text": 2.0, "image": 0.5, "type": -1.0}, request) == 0.5
+    assert scale(3.0, request) == 3.0
+    assert scale(GUIDANCE, {}) == 0.0
 
 
 RED, GREEN, BLUE = (0.5, 0.05, 0.05), (0.05, 0.5, 0.05), (0.05, 0.05, 0.5)

@@ -22,7 +22,7 @@ def test_a_sheet_shows_what_was_asked_before_what_came(tmp_path):
 def test_the_guidance_chart_is_drawn_even_where_nothing_is_valid(tmp_path):
     columns = ("type_right", "colour_right", "gloss_right", "image_rmse", "diversity", "nearest", "invalid")
     table = pd.DataFrame({"guidance": [-1.0, 0.0, 4.0], **{name: [0.1, 0.5, np.nan] for name in columns}})
-    guidance_chart(table, 0.0, tmp_path / "guidance.png")
+    guidance_chart(table, [0.0, 4.0], tmp_path / "guidance.png")
     assert Image.open(tmp_path / "guidance.png").size[0] > 1000
     assert (tmp_path / "guidance.svg").stat().st_size > 5000
 
