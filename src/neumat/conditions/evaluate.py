@@ -20,6 +20,7 @@ from neumat.brdf.types import read_types
 from neumat.conditions.measured import measured_pictures
 from neumat.conditions.photos import augmented, lighting
 from neumat.conditions.store import AZIMUTHS, RINGS, SIZE, read_conditions
+from neumat.conditions.synthesis import scale
 from neumat.conditions.training import PROTOCOL
 from neumat.fields.field import evaluate
 from neumat.fields.store import read_neumerl
@@ -43,28 +44,24 @@ SEVERAL = 2  # sources of a type, from which a judge that has not seen the neare
 
 @dataclass(frozen=True)
 class Requests:
-    """What is asked of a method: `modality`; `names` (r,) of the requests; `embedding` (r, size), as the model takes
-    it; for texts also `texts` (r, t), as encoded; for images `targets`, the fields shown (r, 675) or their pictures
-    under the judge's light, and `shown` (r, H, W, 3) uint8, what was asked with."""
+    """What is asked of a method: `modality`; `names` (r,) of the requests; `encoded` {the modality as the model knows
+    it: rows (r, size)}, see `Synthesiser.encode`, and `embedded`, the same as the model takes them; for images
+    `targets`, the fields shown (r, 675) or their pictures under the judge's light, and `shown` (r, H, W, 3) uint8, what
+    was asked with."""
 
     modality: str
     names: list
-    embedding: torch.Tensor
-    texts: torch.Tensor | None = None
+    encoded: dict
+    embedded: dict
     targets: torch.Tensor | None = None
     shown: torch.Tensor | None = None
 
     def __len__(self):
         return len(self.names)
 
-    @property
-    def asked(self):
-        """The modality as the model knows it."""
-        return "image" if self.modality == "measured" else self.modality
-
     def each(self, n):
-        """Return {modality: (r n, size)}: every request n times in a row."""
-        return {self.asked: self.embedding.repeat_interleave(n, 0)}
+        """Return {modality: (r n, size)}: every request n times in a row, as the model takes them."""
+        return {name: rows.repeat_interleave(n, 0) for name, rows in self.embedded.items()}
 
 
 class Bench:
@@ -105,23 +102,27 @@ class Bench:
     def requests(self):
         """Return the Requests of each modality: types that training materials have, prompts, pictures."""
         known = [name for name in self.synthesiser.types if name in set(self.source_types)]
-        rows = torch.cat([self.synthesiser.request(type=name)["type"] for name in known])
+        rows = torch.cat([self.synthesiser.encode(type=name)["type"] for name in known])
         prompts = list(self.prompts["prompt"])
-        texts = self.synthesiser.encoded(prompts)
         shown = self.weights[self.shown]
         taken = augmented(radiance_fields(self.camera, shown), self.seed, "shown")
         names = [self.conditions.facts["name"][i] for i in self.shown]
         result = [
-            Requests("type", known, rows),
-            Requests("text", prompts, self.synthesiser.projection.text(texts), texts),
-            Requests("image", names, self.synthesiser.images(taken), targets=shown, shown=taken),
+            self._asked("type", known, {"type": rows}),
+            self._asked("text", prompts, {"text": self.synthesiser.encode_texts(prompts)}),
+            self._pictured("image", names, taken, shown),
         ]
         if self.measured:
             names, linear, judged = measured_pictures(self.measured, self.camera, self.sphere)
-            taken = augmented(linear, self.seed, "measured")
-            embedding = self.synthesiser.images(taken)
-            result.append(Requests("measured", names, embedding, targets=to_srgb8(judged), shown=taken))
+            result.append(self._pictured("measured", names, augmented(linear, self.seed, "measured"), to_srgb8(judged)))
         return result
+
+    def _asked(self, modality, names, encoded, **rest):
+        return Requests(modality, names, encoded, self.synthesiser.embed(encoded), **rest)
+
+    def _pictured(self, modality, names, taken, targets):
+        encoded = {"image": self.synthesiser.encoder.encode_image(taken)}
+        return self._asked(modality, names, encoded, targets=targets, shown=taken)
 
     def nearest(self, requests, n):
         """Return fields (r n, 675): for each request the n training materials whose embedding is nearest; among equally
@@ -130,7 +131,8 @@ class Bench:
             own = torch.nn.functional.normalize(self.conditions.type[self.train])
         else:
             own = self.synthesiser.projection.image(self.conditions.image[self.train]).mean(1)
-        cosine = requests.embedding @ torch.nn.functional.normalize(own).T
+        (rows,) = requests.embedded.values()
+        cosine = rows @ torch.nn.functional.normalize(own).T
         order = torch.from_numpy(numpy_generator(self.seed, "nearest").permutation(len(own)))
         best = order[cosine[:, order].topk(n).indices]
         return self.weights[self.train][best.flatten()]
@@ -151,7 +153,7 @@ class Bench:
 
     def _members(self, requests, i):
         if requests.modality == "type":
-            return (self.conditions.type[self.train] @ requests.embedding[i] == 1).nonzero()[:, 0].numpy()
+            return (self.conditions.type[self.train] @ requests.encoded["type"][i] == 1).nonzero()[:, 0].numpy()
         if requests.modality == "image":
             values = self.materials(requests.targets[i : i + 1])
             return nearest_training(values, self.training, DISTANCE)[1].numpy()
@@ -230,27 +232,33 @@ def compare(bench, n, guidance, candidates, seed, progress=iter):
 
     Rows have modality, method, measure, value, materials. Methods: "conditional" at `guidance`, {modality: scale}, and
     for texts and images "conditional, best of k", which `Synthesiser.best` chose from k `candidates` for each, as
-    samples are served; "null: nearest", "null: unconditional" and the same, best of k; "training set", what training
-    materials that are right reach. types: `accuracies` of the conditional samples, by a judge that knows all sources
+    samples are served; "null: nearest", by the embedding, for images "null: nearest look", by what `Looks` tells
+    from the picture; "null: unconditional" and the same, best of k; "training set", what training materials that are
+    right reach. types: `accuracies` of the conditional samples, by a judge that knows all sources
     (top1_seen) and by one that has not seen the nearest.
     """
     rows, samples, model = [], {}, bench.synthesiser.model
     for requests in progress(bench.requests()):
         every = np.repeat(np.arange(len(requests)), n)
-        scale = guidance[requests.asked]
-        weights, drawn = model.sample(len(every), seed, requests.each(n), scale)
+        weights, drawn = model.sample(len(every), seed, requests.each(n), scale(guidance, requests.encoded))
         answers = {
             "conditional": (weights, every),
             "null: nearest": (bench.nearest(requests, n), every),
             "null: unconditional": (model.sample(len(every), seed, {})[0], every),
             "training set": bench.of_training(requests, n),
         }
+        if requests.shown is not None:
+            alike = bench.synthesiser.alike(requests.encoded["image"])[:, :n]
+            answers["null: nearest look"] = bench.synthesiser.weights[alike].flatten(0, 1), every
         samples[requests.modality] = requests, weights
         if requests.modality != "type" and candidates > 1:
-            for method, asked in (("conditional", requests.each(n * candidates)), ("null: unconditional", {})):
-                many, _ = model.sample(len(every) * candidates, seed, asked, scale)
-                many = many.view(len(requests), n * candidates, -1)
-                best = bench.synthesiser.best(many, requests.each(1), n, requests.texts)
+            many, synthesiser = n * candidates, bench.synthesiser
+            for method, given in (("conditional", requests), ("null: unconditional", None)):
+                asked, start = (
+                    (given.each(many), synthesiser.start(given.encoded, n, candidates)) if given else ({}, None)
+                )
+                tried, _ = model.sample(len(requests) * many, seed, asked, scale(guidance, asked), start)
+                best = synthesiser.best(tried.view(len(requests), many, -1), requests.encoded, n)
                 answers[f"{method}, best of {candidates}"] = best.flatten(0, 1), every
             samples[requests.modality] = requests, answers[f"conditional, best of {candidates}"][0]
         for method, (fields, belongs) in answers.items():

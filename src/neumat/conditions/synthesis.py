@@ -7,6 +7,7 @@ import torch
 
 from neumat.conditions.descriptions import Descriptions
 from neumat.conditions.encoders import encoder_of
+from neumat.conditions.looks import Looks, looks
 from neumat.conditions.photos import check_picture, read_photo
 from neumat.conditions.projection import Projection
 from neumat.conditions.store import AZIMUTHS, RINGS, SIZE
@@ -17,10 +18,11 @@ from neumat.render.sphere import FrozenSphere, render_fields
 
 FARTHEST = 0.5  # cosine to the nearest training caption, below which a text is not about materials
 CANDIDATES = 16
+NEEDED = {"captions", "weights", "looks", "look.kernel"}  # beside the networks, in a checkpoint
 GUIDANCE = {"type": 2.0, "category": 0.0, "text": 2.0, "image": 0.0}
-# One in so many candidates is a good answer, of which the most different are served: a text leaves more open than a
-# picture does.
-CHOOSY = {"text": 4, "image": 8}
+TOLD = {"text", "image"}  # modalities by which candidates can be told apart
+CHOOSY = 4  # one in so many candidates is a good answer, of which the most different are served
+LEVEL = 1.5  # of the noise on the training materials that answers to a picture begin with
 EDGE = 6  # a share of 1 / EDGE at each side of a picture is left out: the rest shows nothing but the sphere
 WORDS_READ = 128  # of a text; encoders read no further
 
@@ -28,14 +30,19 @@ WORDS_READ = 128  # of a text; encoders read no further
 class Synthesiser:
     """A conditional model with the encoders that its requests need.
 
-    Attributes: `types`, `categories`: the names that can be asked for. `model`: the ConditionalDiffusion.
+    Attributes: `types`, `categories`: the names that can be asked for. `model`: the ConditionalDiffusion. `weights`
+    (N, 675): of the training materials.
     """
 
     def __init__(self, model):
         self.model = model
         self.types, self.categories = model.notes["types"], model.notes["categories"]
         extra = dict(model.extra)
-        self.captions = extra.pop("captions")
+        self.captions, self.weights = extra.pop("captions"), extra.pop("weights")
+        self.looks = extra.pop("looks").float()
+        self.look = Looks(
+            {name.removeprefix("look."): extra.pop(name) for name in list(extra) if name.startswith("look.")}
+        )
         self.projection = Projection(model.notes["encoder"], extra)
         self.encoder = encoder_of(model.notes["encoder"])
         self.camera = FrozenSphere(SIZE, RINGS, AZIMUTHS)
@@ -48,48 +55,28 @@ class Synthesiser:
     @classmethod
     def load(cls, path):
         """Read the checkpoint that the rule `tune` wrote. Raises NeumatError for another file."""
-        return cls(ConditionalDiffusion.load(path))
+        model = ConditionalDiffusion.load(path)
+        if missing := NEEDED - model.extra.keys():
+            raise NeumatError(path, "a model of this version (rule tune)", f"one without {', '.join(sorted(missing))}")
+        return cls(model)
 
     def synthesise(self, n, seed, guidance=None, candidates=CANDIDATES, **request):
         """Return (weights (n, 675) of valid BRDFs, how many were drawn for them).
 
         guidance: the scale, or {modality: scale}, see `scale`; None for GUIDANCE. candidates: drawn for each of the n
-        where a text or an image is given, see `best`. request: see `request`.
+        where a text or an image is given, see `best`. request: see `encode`.
         Raises NeumatError for a request that cannot be met.
         """
         if candidates < 1:
             raise NeumatError("candidates", "at least 1", candidates)
-        embedded = self.request(**request)
-        texts = self.encoder.encode_text([request["text"]]) if "text" in embedded else None
-        many = n * candidates if CHOOSY.keys() & embedded.keys() else n
-        weights, drawn = self.model.sample(
-            many, seed, embedded, scale(GUIDANCE if guidance is None else guidance, embedded)
-        )
-        return self.best(weights[None], embedded, n, texts)[0], drawn
+        asked = self.encode(**request)
+        many = n * candidates if TOLD & asked.keys() else n
+        guidance = scale(GUIDANCE if guidance is None else guidance, asked)
+        weights, drawn = self.model.sample(many, seed, self.embed(asked), guidance, self.start(asked, n, candidates))
+        return self.best(weights[None], asked, n)[0], drawn
 
-    def best(self, weights, request, n, texts=None):
-        """Return n (r, n, 675) of the candidates (r, m, 675) of each of r requests: of those that answer it best (see
-        CHOOSY), the ones that differ most from each other. Where neither a text nor an image was given, the first n.
-
-        A candidate's answer is the better, the nearer its picture comes to text and image, {modality: rows (r, size)},
-        in the common space, and its description to `texts` (r, t), as encoded.
-        """
-        wanted = [name for name in CHOOSY if name in request]
-        if not wanted or weights.shape[1] == n:
-            return weights[:, :n]
-        fields = weights.flatten(0, 1)
-        edge = self.camera.size // EDGE
-        seen = self.images(render_fields(self.camera, fields)[:, edge:-edge, edge:-edge]).view(*weights.shape[:2], -1)
-        score = sum((seen * request[name][:, None]).sum(2) for name in wanted)
-        if texts is not None:
-            score = score + self.descriptions.match(weights, texts)
-        rows = torch.arange(len(weights))[:, None]
-        shortlist = max(n, weights.shape[1] // max(CHOOSY[name] for name in wanted))
-        best = weights[rows, score.topk(shortlist).indices]
-        return best[rows, most_different(best, n)]
-
-    def request(self, type=None, category=None, text=None, image=None):
-        """Return {modality: row (1, size)} for what is not None.
+    def encode(self, type=None, category=None, text=None, image=None):
+        """Return {modality: row (1, size), as encoded} for what is not None.
 
         type, category: a name; text: words; image: the path of an image file, or a picture uint8 (H, W, 3). Raises
         NeumatError for an unknown name, no text or an image that shows nothing; warns of texts that are far
@@ -101,15 +88,65 @@ class Synthesiser:
         if category is not None:
             rows["category"] = _one_hot("category", category, self.categories)
         if text is not None:
-            features = self.encoded([text])
-            rows["text"] = self.projection.text(features)
+            rows["text"] = self.encode_texts([text])
         if image is not None:
             picture = image if isinstance(image, torch.Tensor) else read_photo(image)
             check_picture("image", picture)
-            rows["image"] = self.images(picture[None])
+            rows["image"] = self.encoder.encode_image(picture[None])
         return rows
 
-    def encoded(self, texts):
+    def embed(self, asked):
+        """Return {modality: rows (r, size)} as the model takes them, of what `encode` returns."""
+        into = {"text": self.projection.text, "image": self.projection.image}
+        return {name: into[name](rows) if name in into else rows for name, rows in asked.items()}
+
+    def request(self, **request):
+        """Return {modality: row (1, size)} as the model takes them; see `encode`."""
+        return self.embed(self.encode(**request))
+
+    def start(self, asked, n, candidates):
+        """Return what the candidates for n answers to each of r requests, {modality: rows (r, size), as encoded}, begin
+        with. Where a picture is all that is given: (fields (r n candidates, 675), LEVEL), each answer's with another of
+        the training materials that look most like what it shows; else None, for noise alone.
+
+        The tuned network learns the pictures of its training materials by heart (at noise 6 its error on those of
+        others is three times as large): what is near to a new one is better told by retrieval (Blattmann et al. 2022).
+        """
+        if asked.keys() != {"image"}:
+            return None
+        order = self.alike(asked["image"])
+        nearest = order[:, torch.arange(n) % order.shape[1]]  # round and round, where more are asked for than known
+        return self.weights[nearest.repeat_interleave(candidates, 1).flatten()], LEVEL
+
+    def alike(self, features):
+        """Return the positions (r, N) among `weights` of the training materials, those first that look most like what
+        each of the encoded pictures (r, i) shows."""
+        return torch.cdist(self.look(features), self.looks).argsort(1)
+
+    def best(self, weights, asked, n):
+        """Return n (r, n, 675) of the candidates (r, m, 675) of each of r requests, {modality: rows (r, size), as
+        encoded}. Where neither a text nor an image was given, the first n.
+
+        Where a picture is all that is given: of each m / n in a row the one that looks most like what it shows. Else,
+        of those that answer best (see CHOOSY), the ones that differ most from each other: an answer is the better, the
+        nearer its picture comes to text and image in the common space, and its description to the text.
+        """
+        if not TOLD & asked.keys() or weights.shape[1] == n:
+            return weights[:, :n]
+        fields, rows = weights.flatten(0, 1), torch.arange(len(weights))[:, None]
+        if asked.keys() == {"image"}:
+            unlike = (looks(fields).view(*weights.shape[:2], -1) - self.look(asked["image"])[:, None]).square().mean(2)
+            each = unlike.view(len(weights), n, -1)
+            return weights[rows, each.argmin(2) + torch.arange(n) * each.shape[2]]
+        edge = self.camera.size // EDGE
+        seen = self.images(render_fields(self.camera, fields)[:, edge:-edge, edge:-edge]).view(*weights.shape[:2], -1)
+        score = sum((seen * wanted[:, None]).sum(2) for name, wanted in self.embed(asked).items() if name in TOLD)
+        if "text" in asked:
+            score = score + self.descriptions.match(weights, asked["text"])
+        best = weights[rows, score.topk(max(n, weights.shape[1] // CHOOSY)).indices]
+        return best[rows, most_different(best, n)]
+
+    def encode_texts(self, texts):
         """Return texts as encoded, (n, t). Raises NeumatError for an empty one and for what is no text."""
         for text in texts:
             if not isinstance(text, str):

@@ -7,6 +7,7 @@ from torch.nn.functional import normalize
 
 from neumat.augment.manifest import protocol_indices, read_manifest
 from neumat.brdf.categories import CATEGORIES, categorise
+from neumat.conditions.looks import Looks, looks
 from neumat.conditions.projection import Projection
 from neumat.conditions.store import read_conditions
 from neumat.fields.store import read_neumerl
@@ -37,8 +38,17 @@ def training_conditions(conditions, projection, category, train):
     }
 
 
+def for_requests(projection, captions, weights, images):
+    """Return the tensors that a Synthesiser needs beside the networks: the Projection, captions (m, t), as encoded, and
+    the training materials (n, 675) with their looks and what tells these from encoded pictures (n, a, i)."""
+    seen = looks(weights)
+    told = {f"look.{name}": value for name, value in Looks.fit(images, seen).state.items()}
+    return projection.state | told | {"captions": captions, "weights": weights, "looks": seen.half()}
+
+
 def tune(paths, tuning, rules, sampling, seed, progress, checkpoint):
-    """Return the fitted ConditionalDiffusion, which carries its projection and the names that can be asked for.
+    """Return the fitted ConditionalDiffusion, which carries what requests need, see `for_requests`, and the names that
+    can be asked for.
 
     paths: neumerl, manifest, conditions, projection, statistics (of all fields), model (the unconditional one).
     tuning, sampling: dicts. rules: of the categories, see `categorise`.
@@ -48,12 +58,11 @@ def tune(paths, tuning, rules, sampling, seed, progress, checkpoint):
     category = categorise(pd.read_csv(paths["statistics"]), rules).to_numpy()
     base = HyperDiffusion.load(paths["model"])
     base.sampler, base.nfe = sampling["sampler"], sampling["nfe"]
+    given = training_conditions(conditions, projection, category, train)
+    weights = read_neumerl(paths["neumerl"]).weights[torch.as_tensor(train)]
     notes = {"encoder": conditions.encoder, "types": conditions.types, "categories": list(CATEGORIES)}
     spread = conditions.text[train].flatten(0, 1).unique(dim=0)
     landmarks = normalize(spread[:: max(1, len(spread) // LANDMARKS)]).half()
-    model = ConditionalDiffusion(base, Tuning(**tuning), notes, projection.state | {"captions": landmarks})
-    return model.fit(
-        read_neumerl(paths["neumerl"]).weights[torch.as_tensor(train)],
-        training_conditions(conditions, projection, category, train),
-        seed, progress, checkpoint,
-    )  # fmt: skip
+    extra = for_requests(projection, landmarks, weights, conditions.image[train])
+    model = ConditionalDiffusion(base, Tuning(**tuning), notes, extra)
+    return model.fit(weights, given, seed, progress, checkpoint)

@@ -120,7 +120,7 @@ class ConditionalDiffusion:
         self.state = {name: value.cpu() for name, value in both.state_dict().items()}
         return self
 
-    def draw(self, n, seed, request, guidance=0.0):
+    def draw(self, n, seed, request, guidance=0.0, start=None):
         """Return n weight vectors (n, 675), float32, as the sampler leaves them: some may be no valid BRDF.
 
         guidance: w of M3ashy's algorithm 1, D = (1 + w) D(x | request) - w D(x). -1 is exactly the unconditional
@@ -128,6 +128,8 @@ class ConditionalDiffusion:
         and gamma_t the product of those again, over an index that is also its bound, whereas its own last two lines
         are those of DDIM (Song et al. 2021, eq. 12) for gamma_t = prod (1 - beta_s); and guidance is linear in the
         predicted noise, so it is the same thing for D, which is what any of our samplers takes.
+
+        start: (fields (n, 675), level of noise) to begin with; see HyperDiffusion.integrate.
 
         Raises NeumatError for n below 1, a guidance below -1 or not finite, or a request that does not fit.
         """
@@ -137,7 +139,7 @@ class ConditionalDiffusion:
             raise NeumatError("guidance", "a finite number of at least -1", guidance)
         coordinates, unconditional = self.base.restored()
         if not request or guidance == -1:
-            return self.base.integrate(lambda x, sigma, rows: unconditional(x, sigma), coordinates, n, seed)
+            return self.base.integrate(lambda x, sigma, rows: unconditional(x, sigma), coordinates, n, seed, start)
         network, embedding = self._restored(coordinates.into.shape[1])
         with torch.no_grad():
             condition = embedding(*self._filled(n, request))
@@ -149,22 +151,23 @@ class ConditionalDiffusion:
             wanted = tuned(x, sigma)
             return wanted if guidance == 0 else wanted + guidance * (wanted - unconditional(x, sigma))
 
-        return self.base.integrate(denoise, coordinates, n, seed)
+        return self.base.integrate(denoise, coordinates, n, seed, start)
 
-    def sample(self, n, seed, request, guidance=0.0):
+    def sample(self, n, seed, request, guidance=0.0, start=None):
         """Return (weights (n, 675) of valid BRDFs, how many were drawn for them). See `draw`.
 
         What is no valid BRDF (`fields.validity.valid`) is drawn anew, at half the guidance each time where that is
         positive: exaggeration is what breaks most. Raises NeumatError where after ROUNDS rounds some is still missing.
         """
-        weights, drawn = self.draw(n, seed, request, guidance), n
+        weights, drawn = self.draw(n, seed, request, guidance, start), n
         for round_ in range(1, ROUNDS):
             broken = (~valid(weights)).nonzero()[:, 0]
             if not len(broken):
                 return weights, drawn
             again = {name: rows if len(rows) == 1 else rows[broken] for name, rows in request.items()}
+            begun = start and (start[0][broken], start[1])
             eased = min(guidance, guidance / 2**round_)
-            weights[broken] = self.draw(len(broken), seed_for(seed, "again", round_), again, eased)
+            weights[broken] = self.draw(len(broken), seed_for(seed, "again", round_), again, eased, begun)
             drawn += len(broken)
         broken = int((~valid(weights)).sum())
         if broken:

@@ -143,15 +143,24 @@ class HyperDiffusion(GenerativeModel):
         return self.integrate(lambda x, sigma, rows: denoiser(x, sigma), coordinates, n, seed).numpy()
 
     @torch.no_grad()
-    def integrate(self, denoise, coordinates, n, seed):
-        """Return weights (n, 675) sampled by `denoise(x, sigma, rows)`, rows the slice of the n that x stands for."""
+    def integrate(self, denoise, coordinates, n, seed, start=None):
+        """Return weights (n, 675) sampled by `denoise(x, sigma, rows)`, rows the slice of the n that x stands for.
+
+        start: (weights (n, 675), level), where sampling begins with these at that level of noise (SDEdit, Meng et al.
+        2022) and not with noise alone.
+        """
         size = coordinates.into.shape[1]
-        sigmas = self.sampling_levels().to(device())
+        sigmas, clean = self.sampling_levels(), torch.zeros(n, size)
+        if start is not None:
+            clean, level = coordinates.encode(start[0]), torch.tensor([start[1]])
+            sigmas = torch.cat([level, sigmas[sigmas < level]])
+        sigmas, clean = sigmas.to(device()), clean.to(device())
         samples = []
-        for start in range(0, n, SAMPLE_BATCH):
-            generator = torch_generator(seed, "sample", start, device=device())
-            rows = slice(start, min(start + SAMPLE_BATCH, n))
-            x = torch.randn(rows.stop - start, size, generator=generator, device=device()) * sigmas[0]
+        for first in range(0, n, SAMPLE_BATCH):
+            generator = torch_generator(seed, "sample", first, device=device())
+            rows = slice(first, min(first + SAMPLE_BATCH, n))
+            noise = torch.randn(rows.stop - first, size, generator=generator, device=device())
+            x = clean[rows] + noise * sigmas[0]
             x = SAMPLERS[self.sampler](functools.partial(denoise, rows=rows), x, sigmas, generator)
             samples.append(coordinates.decode(x.cpu()))
         return torch.cat(samples)

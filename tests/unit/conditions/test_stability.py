@@ -12,6 +12,7 @@ from neumat.conditions.projection import Projection, network
 from neumat.conditions.stability import stability_table, stresses
 from neumat.conditions.stress_bench import StressBench
 from neumat.conditions.synthesis import Synthesiser
+from neumat.conditions.training import for_requests
 from neumat.fields.layout import SIZE
 from neumat.generative.base import Dataset
 from neumat.generative.conditional import MODALITIES, ConditionalDiffusion, Tuning
@@ -54,7 +55,8 @@ def bench(toy):
     base = make("hyperdiffusion", config | {"sigma_min": 0.1, "sigma_max": 20.0})
     base.fit(Dataset(weights, index, index % 6, index >= 0), seed=0)
     notes = {"encoder": "toy", "types": TYPES, "categories": list(CATEGORIES)}
-    model = ConditionalDiffusion(base, Tuning(steps=150, batch=64), notes, projection.state | {"captions": said})
+    extra = for_requests(projection, said, weights, encoder.encode_image(seen)[:, None])
+    model = ConditionalDiffusion(base, Tuning(steps=150, batch=64), notes, extra)
     model.fit(weights, conditions, seed=1)
 
     with pytest.MonkeyPatch.context() as patch:
@@ -121,6 +123,6 @@ def test_a_traceback_is_no_guard(bench, tmp_path, monkeypatch):
     def crash(*args, **request):
         raise IndexError("list index\nout of range")
 
-    monkeypatch.setattr(Synthesiser, "request", crash)
+    monkeypatch.setattr(Synthesiser, "encode", crash)
     (row,) = rows(bench, tmp_path, "unknown type").values()
     assert row == ["IndexError: list index out of range", "none", False]

@@ -1,10 +1,13 @@
-"""What a Synthesiser asks of a request before it encodes anything."""
+"""What a Synthesiser asks of a request before it encodes anything, and which candidates it serves."""
+
+from types import SimpleNamespace
 
 import pytest
 import torch
 from torch.nn.functional import normalize
 
 from neumat.conditions.descriptions import Descriptions
+from neumat.conditions.looks import looks
 from neumat.conditions.synthesis import GUIDANCE, Synthesiser, scale
 from neumat.errors import NeumatError
 from neumat.generative.conditional import MODALITIES
@@ -27,7 +30,7 @@ def test_what_is_no_request_ends_in_one_line(request_, expected):
     synthesiser = Synthesiser.__new__(Synthesiser)
     synthesiser.types = ["felt"]
     with pytest.raises(NeumatError, match=expected) as error:
-        synthesiser.request(**request_)
+        synthesiser.encode(**request_)
     str(error.value).encode()  # can be printed
     assert "\n" not in str(error.value)
 
@@ -45,34 +48,64 @@ RED, GREEN, BLUE = (0.5, 0.05, 0.05), (0.05, 0.5, 0.05), (0.05, 0.05, 0.5)
 
 @pytest.fixture
 def judging():
-    """A Synthesiser without a model; embeddings are the pictures' mean colours."""
+    """A Synthesiser without a model; embeddings are the pictures' mean colours, looks are told as encoded."""
     synthesiser = Synthesiser.__new__(Synthesiser)
     synthesiser.camera = FrozenSphere(48, 16, 32)
     synthesiser.images = lambda pictures: normalize(pictures.float().mean((1, 2)), dim=1)
+    synthesiser.embed = lambda asked: asked
+    synthesiser.look = lambda features: features
     return synthesiser
+
+
+def wordless(judging):
+    """The same, to which descriptions say nothing of a text."""
+    judging.descriptions = SimpleNamespace(match=lambda weights, texts: torch.zeros(weights.shape[:2]))
+    return judging
 
 
 def test_each_request_gets_those_of_its_candidates_whose_pictures_fit(judging, lambert):
     weights = lambert(RED, GREEN, BLUE, GREEN, BLUE, RED).view(2, 3, -1)
-    asked = normalize(torch.tensor([GREEN, BLUE]), dim=1)
-    for modality in ("text", "image"):
-        found = judging.best(weights, {modality: asked}, 1)
+    text = normalize(torch.tensor([GREEN, BLUE]), dim=1)
+    for asked in ({"text": text}, {"image": looks(lambert(GREEN, BLUE))}, {"text": text, "image": text}):
+        found = wordless(judging).best(weights, asked, 1)
         assert torch.equal(found, lambert(GREEN, BLUE)[:, None])
     assert torch.equal(judging.best(weights, {"type": torch.ones(2, 1)}, 2), weights[:, :2])
 
 
-def test_of_good_answers_the_different_ones_are_served(judging, lambert):
-    """Of 32, four fit, two of which are alike; the others differ more but do not fit."""
+def test_of_good_answers_to_a_text_the_different_ones_are_served(judging, lambert):
+    """Of 16, four fit, two of which are alike; the others differ more but do not fit."""
     dark, darker = (0.25, 0.025, 0.025), (0.125, 0.0125, 0.0125)
-    weights = lambert(*[GREEN, BLUE] * 14, RED, RED, dark, darker)[None]
-    found = judging.best(weights, {"image": normalize(torch.tensor([RED]), dim=1)}, 2)
+    weights = lambert(*[GREEN, BLUE] * 6, RED, RED, dark, darker)[None]
+    found = wordless(judging).best(weights, {"text": normalize(torch.tensor([RED]), dim=1)}, 2)
     assert set(map(tuple, found[0].tolist())) == set(map(tuple, lambert(RED, darker).tolist()))
 
 
+def test_answers_to_a_picture_begin_with_different_materials_that_look_like_it(judging, lambert):
+    dim, dark = (0.4, 0.04, 0.04), (0.25, 0.025, 0.025)
+    judging.weights = lambert(BLUE, dark, RED, GREEN, dim)
+    judging.looks = looks(judging.weights)
+    asked = {"image": looks(lambert(RED, BLUE))}
+    fields, level = judging.start(asked, 2, 3)
+    fields = fields.view(2, 2, 3, -1)
+    assert torch.equal(fields[0], lambert(RED, dim)[:, None].expand(-1, 3, -1))
+    assert torch.equal(fields[1, 0], lambert(BLUE).expand(3, -1))
+    assert level > 0
+    assert len(judging.start(asked, 7, 1)[0]) == 14  # more than there are
+    for other in ({"text": asked["image"]}, asked | {"text": asked["image"]}, {}):
+        assert judging.start(other, 2, 3) is None
+
+
+def test_of_each_materials_variants_the_most_like_the_picture_is_served(judging, lambert):
+    dim = (0.4, 0.04, 0.04)
+    weights = lambert(BLUE, dim, GREEN, GREEN, RED, BLUE)[None]
+    found = judging.best(weights, {"image": looks(lambert(RED))}, 2)
+    assert torch.equal(found[0], lambert(dim, RED))
+
+
 def test_what_is_called_as_the_text_says_wins_where_pictures_say_nothing(judging, toy, lambert):
-    judging.images = lambda pictures: torch.ones(len(pictures), 1)
+    judging.images = lambda pictures: torch.zeros(len(pictures), toy.WORDS)
     judging.descriptions = Descriptions(toy())
     weights = lambert(RED, GREEN, BLUE)[None]
     for text, expected in (("red thing", RED), ("a matte blue thing", BLUE), ("green", GREEN)):
-        (found,) = judging.best(weights, {"text": torch.ones(1, 1)}, 1, toy().encode_text([text]))
+        (found,) = judging.best(weights, {"text": toy().encode_text([text])}, 1)
         assert torch.equal(found, lambert(expected))

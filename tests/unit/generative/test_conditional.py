@@ -110,6 +110,27 @@ def _other(tmp_path, model):
     return path
 
 
+def test_samples_stay_with_what_they_begin_with_where_little_noise_is_added(model, data):
+    """At noise .2 each stays in its cluster; at 20 nothing of it is left, and the request decides."""
+    weights = data[0][:40]
+    assert torch.equal(level(model.draw(40, 2, {}, start=(weights, 0.2))) > 0.15, level(weights) > 0.15)
+    far = level(model.draw(40, 2, {"type": one_hot(1, 2)}, start=(weights, 20.0)))
+    assert (far < 0.15).float().mean() > 0.9
+
+
+def test_what_is_drawn_anew_begins_with_the_same(model, data, monkeypatch):
+    calls = []
+
+    def all_broken_at_first(weights):
+        calls.append(weights.clone())
+        return torch.full((len(weights),), len(calls) > 1)
+
+    monkeypatch.setattr("neumat.generative.conditional.valid", all_broken_at_first)
+    weights, drawn = model.sample(20, 2, {}, start=(data[0][:20], 0.2))
+    assert drawn == 40 and not torch.equal(weights, calls[0])
+    assert torch.equal(level(weights) > 0.15, level(data[0][:20]) > 0.15)
+
+
 def test_broken_samples_are_drawn_anew_and_counted(model, monkeypatch):
     calls = []
 

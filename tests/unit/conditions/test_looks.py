@@ -1,0 +1,24 @@
+import torch
+
+from neumat.conditions.looks import Looks, looks
+from neumat.seeds import torch_generator
+
+
+def test_looks_are_told_whatever_the_exposure(lambert):
+    """Features hold the colour times an exposure, and the exposure: the product rule is learnt near enough."""
+    generator = torch_generator(0, "looks")
+    colours = torch.rand(200, 3, generator=generator) * 0.5 + 0.1
+    exposure = torch.exp(0.3 * torch.randn(200, 4, generator=generator))
+    images = torch.cat([(colours[:, None] * exposure[..., None]).log(), exposure[..., None].log()], 2)
+    seen = looks(lambert(*colours.tolist()))
+    assert seen.min() >= 0
+    assert seen.max() <= 1
+    told = Looks.fit(images[:150], seen[:150])(images[150:].flatten(0, 1))
+    error = (told - seen[150:].repeat_interleave(4, 0)).square().mean().sqrt()
+    spread = (seen[150:] - seen.mean(0)).square().mean().sqrt()
+    assert error < 0.15 * spread
+
+
+def test_a_picture_in_the_cameras_light_is_the_permuted_one_of_a_permuted_colour(lambert):
+    first, second = looks(lambert((0.5, 0.2, 0.1), (0.1, 0.5, 0.2)))
+    assert torch.equal(first.view(-1, 3)[:, [2, 0, 1]], second.view(-1, 3))
