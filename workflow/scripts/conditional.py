@@ -3,7 +3,8 @@
 import h5py
 
 from neumat.brdf.sources import read_sources
-from neumat.conditions.evaluate import Bench, compare
+from neumat.conditions.comparison import compare
+from neumat.conditions.evaluate import Bench
 from neumat.conditions.synthesis import Synthesiser
 from neumat.files import atomic_path
 from neumat.reporting.conditional import FIGURES, request_figure

@@ -1,4 +1,4 @@
-"""How well samples follow their requests, beside null baselines and the training set's own value.
+"""What is asked of samples on demand, and who judges how well they follow.
 
 No judge here shares anything with the encoders or the generative model (`metrics.appearance`, `type_scorer`,
 `text_scorer`, `alignment`). Captions, and what the best candidates are told by, take their words for colour and gloss
@@ -10,7 +10,6 @@ import functools
 from dataclasses import dataclass
 
 import numpy as np
-import pandas as pd
 import torch
 
 from neumat.augment.manifest import protocol_indices, read_manifest
@@ -20,7 +19,6 @@ from neumat.brdf.types import read_types
 from neumat.conditions.measured import measured_pictures
 from neumat.conditions.photos import augmented, lighting
 from neumat.conditions.store import AZIMUTHS, RINGS, SIZE, read_conditions
-from neumat.conditions.synthesis import scale
 from neumat.conditions.training import PROTOCOL
 from neumat.fields.field import evaluate
 from neumat.fields.store import read_neumerl
@@ -225,48 +223,3 @@ class Bench:
 def _mean(table, column):
     count = int(table["judged"].sum())
     return ((table[column] * table["judged"]).sum() / count if count else np.nan, count)
-
-
-def compare(bench, n, guidance, candidates, seed, progress=iter):
-    """Return (rows, types, samples): all measures; those of each type; {modality: (Requests, fields (r n, 675))}.
-
-    Rows have modality, method, measure, value, materials. Methods: "conditional" at `guidance`, {modality: scale}, and
-    for texts and images "conditional, best of k", which `Synthesiser.best` chose from k `candidates` for each, as
-    samples are served; "null: nearest", by the embedding, for images "null: nearest look", by what `Looks` tells
-    from the picture; "null: unconditional" and the same, best of k; "training set", what training materials that are
-    right reach. types: `accuracies` of the conditional samples, by a judge that knows all sources
-    (top1_seen) and by one that has not seen the nearest.
-    """
-    rows, samples, model = [], {}, bench.synthesiser.model
-    for requests in progress(bench.requests()):
-        every = np.repeat(np.arange(len(requests)), n)
-        weights, drawn = model.sample(len(every), seed, requests.each(n), scale(guidance, requests.encoded))
-        answers = {
-            "conditional": (weights, every),
-            "null: nearest": (bench.nearest(requests, n), every),
-            "null: unconditional": (model.sample(len(every), seed, {})[0], every),
-            "training set": bench.of_training(requests, n),
-        }
-        if requests.shown is not None:
-            alike = bench.synthesiser.alike(requests.encoded["image"])[:, :n]
-            answers["null: nearest look"] = bench.synthesiser.weights[alike].flatten(0, 1), every
-        samples[requests.modality] = requests, weights
-        if requests.modality != "type" and candidates > 1:
-            many, synthesiser = n * candidates, bench.synthesiser
-            for method, given in (("conditional", requests), ("null: unconditional", None)):
-                asked, start = (
-                    (given.each(many), synthesiser.start(given.encoded, n, candidates)) if given else ({}, None)
-                )
-                tried, _ = model.sample(len(requests) * many, seed, asked, scale(guidance, asked), start)
-                best = synthesiser.best(tried.view(len(requests), many, -1), requests.encoded, n)
-                answers[f"{method}, best of {candidates}"] = best.flatten(0, 1), every
-            samples[requests.modality] = requests, answers[f"conditional, best of {candidates}"][0]
-        for method, (fields, belongs) in answers.items():
-            if len(fields):
-                for measure, (value, count) in bench.judge(requests, fields, belongs).items():
-                    rows.append((requests.modality, method, measure, value, count))
-        rows.append((requests.modality, "conditional", "drawn anew", drawn - len(every), len(every)))
-        if requests.modality == "type":
-            types, seen = (bench.by_type(requests, weights, every, unseen) for unseen in (True, False))
-            types.insert(4, "top1_seen", seen["top1"])
-    return pd.DataFrame(rows, columns=["modality", "method", "measure", "value", "materials"]), types, samples
