@@ -22,7 +22,9 @@ NEEDED = {"captions", "weights", "looks", "look.kernel"}  # beside the networks,
 GUIDANCE = {"type": 2.0, "category": 0.0, "text": 2.0, "image": 0.0}
 TOLD = {"text", "image"}  # modalities by which candidates can be told apart
 CHOOSY = 4  # one in so many candidates is a good answer, of which the most different are served
-LEVEL = 1.5  # of the noise on the training materials that answers to a picture begin with
+# Of the noise on the training materials that answers to a picture begin with: just below `Tuning.settled`, so that the
+# unconditional network finishes.
+LEVEL = 1.4
 EDGE = 6  # a share of 1 / EDGE at each side of a picture is left out: the rest shows nothing but the sphere
 WORDS_READ = 128  # of a text; encoders read no further
 
