@@ -1,5 +1,7 @@
 """How well conditional samples follow their requests, by modality and by type; M3ashy's Figs. 7 to 9."""
 
+import json
+
 import h5py
 
 from neumat.brdf.sources import read_sources
@@ -24,6 +26,6 @@ with stage(snakemake):
     with atomic_path(output.samples) as temporary, h5py.File(temporary, "w") as file:
         for modality, (requests, weights) in samples.items():
             file[f"{modality}/requests"], file[f"{modality}/samples"] = requests.names, weights.numpy()
-        file.attrs.update(guidance=str(p.config["guidance"]), seed=p.sampling_seed)
+        file.attrs.update(guidance=json.dumps(p.config["guidance"]), seed=p.sampling_seed)
     for modality in FIGURES:
         request_figure(*samples[modality], p.size, p.spp, output[modality])
