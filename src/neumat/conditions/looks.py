@@ -11,7 +11,7 @@ import torch
 from neumat.render.sphere import FrozenSphere, render_fields
 
 SIZE, RINGS, AZIMUTHS = 16, 16, 24  # of the pictures that are compared
-PENALTY = 0.1
+PENALTY = 1.0
 
 
 def looks(weights):
@@ -20,7 +20,11 @@ def looks(weights):
 
 
 class Looks:
-    """The regression. state: mean, scale (i,) of features; kernel (i, p), bias (p,)."""
+    """The regression. state: mean (i,) of encoded pictures, kernel (i, p), bias (p,).
+
+    Features keep their own scales: were each divided by its deviation, those that spheres hardly ever show and photos
+    do would decide, and an orange cloth would be told as green metal.
+    """
 
     def __init__(self, state):
         self.state = state
@@ -30,14 +34,12 @@ class Looks:
         """Return the Looks fitted to a encoded pictures, (n, a, i), of each of n materials with these looks (n, p)."""
         rows = images.flatten(0, 1).double()
         mean, bias = rows.mean(0), seen.double().mean(0)
-        scale = (rows.std(0) + 1e-6) * rows.shape[1] ** 0.5
-        rows = (rows - mean) / scale
+        rows = rows - mean
         targets = (seen.double() - bias).repeat_interleave(images.shape[1], 0)
-        penalty = PENALTY * torch.eye(rows.shape[1], dtype=torch.float64)
+        penalty = PENALTY * rows.square().sum(1).mean() * torch.eye(rows.shape[1], dtype=torch.float64)
         kernel = torch.linalg.solve(rows.T @ rows + penalty, rows.T @ targets)
-        state = {"mean": mean, "scale": scale, "kernel": kernel, "bias": bias}
-        return cls({name: value.float() for name, value in state.items()})
+        return cls({"mean": mean.float(), "kernel": kernel.float(), "bias": bias.float()})
 
     def __call__(self, features):
         """Return the looks (n, p) told from encoded pictures (n, i)."""
-        return (features - self.state["mean"]) / self.state["scale"] @ self.state["kernel"] + self.state["bias"]
+        return (features - self.state["mean"]) @ self.state["kernel"] + self.state["bias"]
