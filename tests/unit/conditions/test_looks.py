@@ -22,3 +22,15 @@ def test_looks_are_told_whatever_the_exposure(lambert):
 def test_a_picture_in_the_cameras_light_is_the_permuted_one_of_a_permuted_colour(lambert):
     first, second = looks(lambert((0.5, 0.2, 0.1), (0.1, 0.5, 0.2)))
     assert torch.equal(first.view(-1, 3)[:, [2, 0, 1]], second.view(-1, 3))
+
+
+def test_what_training_hardly_shows_does_not_decide(lambert):
+    """Photos show what spheres do not: a feature that is all but constant in training, where it follows red."""
+    generator = torch_generator(0, "rare")
+    colours = torch.rand(200, 3, generator=generator) * 0.5 + 0.1
+    images = torch.cat([colours, 1e-3 * colours[:, :1]], 1)[:, None]
+    seen = looks(lambert(*colours.tolist()))
+    ordinary = images[0]
+    photo = ordinary + torch.tensor([0.0, 0.0, 0.0, 1.0])
+    told = Looks.fit(images, seen)
+    assert (told(photo) - told(ordinary)).abs().max() < 0.05
