@@ -37,25 +37,22 @@ def compare(bench, n, guidance, candidates, seed, progress=iter):
             answers["null: nearest look"] = bench.synthesiser.weights[alike].flatten(0, 1), every
         samples[requests.modality] = requests, weights
         if requests.modality != "type" and candidates > 1:
-            for method, given in (("conditional", requests.encoded), ("null: unconditional", {})):
-                fields = _chosen(bench.synthesiser, requests, given, n, guidance, candidates, seed)
-                answers[f"{method}, best of {candidates}"] = fields, every
+            start = bench.synthesiser.start(requests.encoded, n, candidates)
+            for method, asked, begun in (
+                ("conditional", requests.each(n * candidates), start),
+                ("null: unconditional", {}, None),
+            ):
+                many, _ = model.sample(len(every) * candidates, seed, asked, scale(guidance, asked), begun)
+                many = many.view(len(requests), n * candidates, -1)
+                best = bench.synthesiser.best(many, requests.encoded, n)
+                answers[f"{method}, best of {candidates}"] = best.flatten(0, 1), every
             samples[requests.modality] = requests, answers[f"conditional, best of {candidates}"][0]
-        for method, (fields, asked) in answers.items():
+        for method, (fields, whose) in answers.items():
             if len(fields):
-                for measure, (value, count) in bench.judge(requests, fields, asked).items():
+                for measure, (value, count) in bench.judge(requests, fields, whose).items():
                     rows.append((requests.modality, method, measure, value, count))
         rows.append((requests.modality, "conditional", "drawn anew", drawn - len(weights), len(weights)))
         if requests.modality == "type":
             types, seen = (bench.by_type(requests, weights, belongs, unseen) for unseen in (True, False))
             types.insert(4, "top1_seen", seen["top1"])
     return pd.DataFrame(rows, columns=["modality", "method", "measure", "value", "materials"]), types, samples
-
-
-def _chosen(synthesiser, requests, given, n, guidance, candidates, seed):
-    """Return the answers (r n, 675) to requests that are chosen from `candidates` for each, drawn for what is `given`,
-    {modality: rows (r, size), as encoded}: perhaps nothing."""
-    asked = {name: rows.repeat_interleave(n * candidates, 0) for name, rows in synthesiser.embed(given).items()}
-    start = synthesiser.start(given, n, candidates)
-    drawn, _ = synthesiser.model.sample(len(requests) * n * candidates, seed, asked, scale(guidance, given), start)
-    return synthesiser.best(drawn.view(len(requests), n * candidates, -1), requests.encoded, n).flatten(0, 1)

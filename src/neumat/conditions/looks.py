@@ -6,6 +6,8 @@ apart they are: among variants of one material its cosine correlates by -.4 with
 from the look that is told by .8.
 """
 
+import functools
+
 import torch
 
 from neumat.render.sphere import FrozenSphere, render_fields
@@ -16,7 +18,12 @@ PENALTY = 1.0
 
 def looks(weights):
     """Return the pictures of fields (n, 675) in the camera's own light, sRGB values in 0..1, (n, 3 SIZE^2)."""
-    return render_fields(FrozenSphere(SIZE, RINGS, AZIMUTHS), weights).flatten(1).float() / 255
+    return render_fields(_camera(), weights).flatten(1).float() / 255
+
+
+@functools.cache
+def _camera():
+    return FrozenSphere(SIZE, RINGS, AZIMUTHS)
 
 
 class Looks:
