@@ -1,8 +1,5 @@
 """Put the last full results into the README: `python -m neumat.reporting.readme results README.md`."""
 
-import datetime
-import os
-import platform
 import sys
 from pathlib import Path
 
@@ -34,16 +31,6 @@ REQUESTS = {
 SCENES = ("studio", "mirror", "shelf")  # beside the hero, which the README's text shows
 
 
-def machine():
-    """Return the machine in words: cores, architecture, the processor's name where the system tells it."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-        name = next(line.split(":")[1].strip() for line in lines if line.startswith("model name"))
-    except (OSError, StopIteration):
-        name = platform.processor() or platform.machine()
-    return f"{os.cpu_count()} cores of {name}, {platform.machine()}"
-
-
 def results(folder):
     """Return the Markdown of the tables in `folder`: the run's cost, the fits, Table 2 under `parity`, novelty.
 
@@ -52,9 +39,9 @@ def results(folder):
     tables = {name: pd.read_csv(folder / "tables" / f"{name}.csv") for name in ("run", "fit-summary", "unconditional")}
     novelty = pd.read_csv(folder / "tables" / "novelty.csv")
     run = tables["run"]
-    total, elapsed = run[run["stage"] == "run"].iloc[-2:].itertuples()
+    total, elapsed = (run[(run["stage"] == "run") & (run["job"] == job)].iloc[0] for job in ("total", "elapsed"))
     lines = [
-        f"Made on {datetime.date.today()} by {machine()}: {elapsed.wall_s / 60:.0f} minutes, {total.cpu_s / 60:.0f} "
+        f"Made on {elapsed.ended} by {elapsed.machine}: {elapsed.wall_s / 60:.0f} minutes, {total.cpu_s / 60:.0f} "
         f"minutes of CPU time, peak {total.peak_mib / 1024:.1f} GiB in one job (`results/tables/run.csv`).",
         "",
         "Fields against the tables that they were fitted to, over the 400 base materials:",

@@ -1,5 +1,8 @@
 """What a run cost: wall time, CPU time and peak memory, from Snakemake's benchmark files."""
 
+import datetime
+import os
+import platform
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +18,9 @@ def run_table(folder):
 
     The stage is the first part of a file's path, the job the rest. After the jobs comes one row per stage with several
     jobs and one for the run, with job "total": summed times and the highest peak of any one job; last, with job
-    "elapsed", the wall time in which at least one job ran (a file's time of writing is its job's end). What Snakemake
-    could not measure (a job of a moment) is empty. Repeats of a benchmark are averaged.
+    "elapsed", the wall time in which at least one job ran (a file's time of writing is its job's end); this row alone
+    has `ended`, the day of the last job's end, and `machine`, the one that this is called on. What Snakemake could not
+    measure (a job of a moment) is empty. Repeats of a benchmark are averaged.
     Raises NeumatError where there is no benchmark file, or one is not Snakemake's.
     """
     folder = Path(folder)
@@ -30,8 +34,20 @@ def run_table(folder):
             sums = group[["wall_s", "cpu_s"]].sum()
             totals.append({"stage": stage, "job": "total", **sums, "peak_mib": group["peak_mib"].max()})
     ends = np.array([path.stat().st_mtime for path in paths])
-    totals.append({"stage": "run", "job": "elapsed", "wall_s": covered(ends - jobs["wall_s"].to_numpy(), ends)})
+    elapsed = covered(ends - jobs["wall_s"].to_numpy(), ends)
+    ended = datetime.date.fromtimestamp(ends.max())
+    totals.append({"stage": "run", "job": "elapsed", "wall_s": elapsed, "ended": ended, "machine": machine()})
     return pd.concat([jobs, pd.DataFrame(totals)], ignore_index=True).round(2)
+
+
+def machine():
+    """Return the machine in words: cores, architecture, the processor's name where the system tells it."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+        name = next(line.split(":")[1].strip() for line in lines if line.startswith("model name"))
+    except (OSError, StopIteration):
+        name = platform.processor() or platform.machine()
+    return f"{os.cpu_count()} cores of {name}, {platform.machine()}"
 
 
 def covered(starts, ends):

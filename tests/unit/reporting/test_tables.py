@@ -126,6 +126,7 @@ def test_run_table(tmp_path):
     (tmp_path / "fit" / "1-of-2.tsv").write_text(HEADER + "10\t0:00:10\t300\t1\t1\t1\t0\t0\t90\t9.5\n")
     (tmp_path / "fit" / "2-of-2.tsv").write_text(HEADER + "0.1\t0:00:00\t-\t-\t-\t-\t-\t-\t-\tNA\n")
     table = run_table(tmp_path).set_index(["stage", "job"])
+    where = table.pop("ended"), table.pop("machine")
     assert table.loc[("sources", "sources"), "wall_s"] == 2.5
     assert table.loc[("fit", "2-of-2")].isna().tolist() == [False, True, True]
     assert table.loc[("fit", "total")].tolist() == [10.1, 9.5, 300]
@@ -133,6 +134,9 @@ def test_run_table(tmp_path):
     assert ("sources", "total") not in table.index
     # All three files end at the same moment, so the longest job covers the others.
     assert table.loc[("run", "elapsed"), "wall_s"] == pytest.approx(10, abs=0.5)
+    # The day and the machine are of the run and not of its jobs, nor of whoever reads the table later.
+    assert [column.notna().sum() for column in where] == [1, 1]
+    assert "cores of" in where[1]["run", "elapsed"]
 
 
 def test_covered_counts_overlaps_once_and_pauses_not_at_all():
