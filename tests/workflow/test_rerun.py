@@ -59,9 +59,9 @@ def test_a_changed_key_reruns_its_stage_and_what_follows(smoke, tmp_path, overla
 
 
 def test_a_changed_hyperparameter_reruns_one_method(smoke, tmp_path):
-    (tmp_path / "mine.yaml").write_text("generative: {methods: {pca-n: {components: 5}}}")
+    (tmp_path / "mine.yaml").write_text("generative: {methods: {vae-a: {latent: 5}}}")
     done = run(smoke, "--dry-run", "--", "smoke", overlays=(SMOKE, tmp_path / "mine.yaml"))
-    assert done.stdout.count("rule train:") == 1 and "models/parity/pca-n.safetensors" in done.stdout
+    assert done.stdout.count("rule train:") == 1 and "models/parity/vae-a.safetensors" in done.stdout
 
 
 def test_code_counts_and_comments_do_not(smoke, tmp_path):
@@ -89,7 +89,7 @@ def contents(folder):
 def test_killed_then_finished_on_one_core_with_other_shards(smoke, tmp_path):
     """A kill loses the jobs in flight only; cores and shard size leave every number as it is."""
     (tmp_path / "mine.yaml").write_text("fit: {materials_per_job: 3}")
-    targets = [f"results/samples/parity/{method}.h5" for method in ("hyperdiffusion", "pca-n", "copies")]
+    targets = [f"results/samples/parity/{method}.h5" for method in ("hyperdiffusion", "vae-a", "copies")]
     options = {"overlays": (SMOKE, tmp_path / "mine.yaml")}
     first = subprocess.Popen(
         command(tmp_path, "--cores", "2", "--", *targets, **options),
@@ -109,6 +109,6 @@ def test_killed_then_finished_on_one_core_with_other_shards(smoke, tmp_path):
     run(tmp_path, "--cores", "1", "--", *targets, **options)
     assert all(path.stat().st_mtime_ns == time_ for path, time_ in whole.items())
     ours, theirs = contents(tmp_path), contents(smoke)
-    assert ours.keys() == {"neumerl.h5", "hyperdiffusion.h5", "pca-n.h5", "copies.h5"}
+    assert ours.keys() == {"neumerl.h5", "hyperdiffusion.h5", "vae-a.h5", "copies.h5"}
     for name in ours:
         np.testing.assert_array_equal(ours[name], theirs[name], err_msg=name)

@@ -145,6 +145,8 @@ rule ladder:
     params:
         code=code("ladder"),
         steps=config["scenes"]["fit_steps"],
+        size=config["render"]["grid_size"],
+        samples=config["render"]["grid_samples"],
         seed=config["seed"],
     script:
         "../scripts/ladder.py"

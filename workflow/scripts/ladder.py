@@ -20,6 +20,7 @@ with stage(snakemake):
     materials = {rows["name"].iloc[i]: (int(index[i]), weights[i]) for i in chosen}
     first = next(field for i, field in enumerate(weights) if i not in chosen)
     store = AugMerl(snakemake.input.augmerl, snakemake.input.sources)
-    table = ladder_table(store, materials, first, snakemake.params.steps, snakemake.params.seed, progress)
+    params = snakemake.params
+    table = ladder_table(store, materials, first, params.steps, params.size, params.samples, params.seed, progress)
     with atomic_path(snakemake.output[0]) as temporary:
         table.to_csv(temporary, index=False)

@@ -15,14 +15,13 @@ from neumat.scenes.costs import nanoseconds
 from neumat.scenes.fits import even_queries, fit_analytic, fit_fields, pools, query_error
 from neumat.scenes.models import ANALYTIC, ANALYTIC_SHARE, SMALLER, WIDEST, Model
 
-SIZE, SAMPLES = 128, 64  # of the pictures that are compared
 
-
-def ladder_table(store, materials, first, steps, seed, progress=iter):
+def ladder_table(store, materials, first, steps, size, samples, seed, progress=iter):
     """Return a DataFrame with a row for each material and rung.
 
     store: an AugMerl; materials: {name: (its index, field (675,))}; first: (675,) weights that the widest field is
-    fitted from, another material's: it would else be given what it is to find.
+    fitted from, another material's: it would else be given what it is to find. size, samples: of the pictures that are
+    compared, pixels and samples a pixel.
 
     material, rung, bytes, ns (of a query), fit_seconds; error: share of what is reflected under uniform angles (see
     `fits.query_error`); psnr: dB between the 8-bit pictures of Mitsuba's sphere with the model and with the table.
@@ -38,10 +37,10 @@ def ladder_table(store, materials, first, steps, seed, progress=iter):
     with TemporaryDirectory() as folder:
         ns = {rung: nanoseconds(models[0].plugin(Path(folder))) for rung, models in found.items()}
         for k, name in enumerate(progress(materials)):
-            truth = _picture(found["table"][k].plugin(Path(folder)))
+            truth = _picture(found["table"][k].plugin(Path(folder)), size, samples)
             for rung, models in found.items():
                 plugin = models[k].plugin(Path(folder))
-                error = float((truth - _picture(plugin)).square().mean())
+                error = float((truth - _picture(plugin, size, samples)).square().mean())
                 psnr = float("inf") if error == 0 else float(10 * torch.log10(torch.tensor(255**2 / error)))
                 value = models[k].material.eval(*(axis[k] for axis in pool.angles))
                 share = float(query_error(value, pool.values[k], pool.floor[k]))
@@ -63,5 +62,5 @@ def _tabulated(store, index):
     return Model("table", values.flatten(), time.process_time() - start)
 
 
-def _picture(plugin):
-    return to_srgb8(torch.from_numpy(render_bsdf(plugin, SIZE, SAMPLES))).double()
+def _picture(plugin, size, samples):
+    return to_srgb8(torch.from_numpy(render_bsdf(plugin, size, samples))).double()
