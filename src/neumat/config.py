@@ -127,7 +127,11 @@ def table(schema):
 
 
 def _fill(config, schema):
-    """Return a copy of `config` with the defaults of `schema` for absent keys; a section may be left empty."""
+    """Return a copy of `config` with the defaults of `schema` for absent keys; a section may be left empty.
+
+    Keys come in the schema's order: Snakemake compares params in theirs, and would run a training anew because an
+    overlay names a key first, if only with the value that it has.
+    """
     if not isinstance(config, dict | None):
         return config
     if isinstance(schema.get("additionalProperties"), dict):  # sections whose names are free
@@ -140,7 +144,7 @@ def _fill(config, schema):
             config[name] = _fill(config.get(name), child)
         elif name not in config and "default" in child:
             config[name] = copy.deepcopy(child["default"])
-    return config
+    return {name: config[name] for name in (*schema["properties"], *config) if name in config}
 
 
 def _one_line(error, what):

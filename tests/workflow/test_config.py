@@ -135,6 +135,11 @@ def test_an_empty_section_means_its_defaults():
     assert load({"fit": None}, SCHEMA)["fit"] == DEFAULT["fit"]
 
 
+def test_keys_come_in_one_order_whatever_an_overlay_names_first():
+    config = load({"fit": {"samples": 10000, "batch_size": 64}, "seed": 3}, SCHEMA)
+    assert list(config) == list(DEFAULT) and list(config["fit"]) == list(DEFAULT["fit"])
+
+
 def test_sources_of_the_users_own(tmp_path):
     sources = DEFAULT["sources"] | {"kind": "merl", "folder": str(tmp_path)}
     with pytest.raises(NeumatError, match=r"\.binary files; found none"):

@@ -47,6 +47,7 @@ def test_cores_and_threads_rerun_nothing(smoke, arguments):
     [
         ("generative: {sampling: {seed: 1}}", AFTER_SAMPLING | ON_DEMAND - {"stability_conditional"}),
         ("evaluate: {bootstrap: 30}", {"unconditional", "generalisation_table", "run_table"}),
+        ("generative: {methods: {hyperdiffusion: {steps: 20}}}", set()),  # the value that it has
         ("render: {grid_rows: 1}", {"grid", "run_table"}),
         ("scenes: {samples: 16}", {"scene", "run_table"}),
         ("scenes: {tolerance: 0.08}", {"chart_models", "run_table"}),
