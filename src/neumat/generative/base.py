@@ -13,7 +13,7 @@ from neumat.errors import NeumatError
 from neumat.fields.layout import SIZE
 from neumat.files import atomic_path
 
-SCHEMA = "1"
+SCHEMA = "2"
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from neumat.generative.schedule import Denoiser, loguniform_sigmas
 from neumat.generative.training import device, seeded, train
 from neumat.seeds import seed_for
 
-SCHEMA = "1"
+SCHEMA = "2"
 MODALITIES = ("type", "category", "text", "image")
 HIDDEN = 256
 ROUNDS = 8  # of drawing anew what was no valid BRDF

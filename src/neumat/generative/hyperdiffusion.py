@@ -123,8 +123,10 @@ class HyperDiffusion(GenerativeModel):
             ema=self.ema, weight_decay=self.weight_decay, precision=self.precision, seed=seed,
             progress=progress, checkpoint=checkpoint and Path(checkpoint), identity=asdict(self),
         )  # fmt: skip
+        share = noisy_share(denoiser, data, self.sampling_levels()[-2], torch_generator(seed, "share"))
         network = {f"network.{name}": value.cpu() for name, value in denoiser.network.state_dict().items()}
-        return {f"coordinates.{name}": value for name, value in coordinates.state().items()} | network
+        state = {f"coordinates.{name}": value for name, value in coordinates.state().items()}
+        return {"share": share} | state | network
 
     def restored(self):
         """Return (Coordinates, Denoiser) as fitted."""
@@ -144,7 +146,8 @@ class HyperDiffusion(GenerativeModel):
 
     @torch.no_grad()
     def integrate(self, denoise, coordinates, n, seed, start=None):
-        """Return weights (n, 675) sampled by `denoise(x, sigma, rows)`, rows the slice of the n that x stands for.
+        """Return weights (n, 675) sampled by `denoise(x, sigma, rows)`, rows the slice of the n that x stands for; the
+        last step, from the lowest level to 0, keeps the `noisy_share` of x.
 
         start: (weights (n, 675), level), where sampling begins with these at that level of noise (SDEdit, Meng et al.
         2022) and not with noise alone.
@@ -161,6 +164,26 @@ class HyperDiffusion(GenerativeModel):
             rows = slice(first, min(first + SAMPLE_BATCH, n))
             noise = torch.randn(rows.stop - first, size, generator=generator, device=device())
             x = clean[rows] + noise * sigmas[0]
-            x = SAMPLERS[self.sampler](functools.partial(denoise, rows=rows), x, sigmas, generator)
+            of_rows = functools.partial(denoise, rows=rows)
+            x = SAMPLERS[self.sampler](of_rows, x, sigmas[:-1], generator)
+            x = torch.lerp(of_rows(x, sigmas[-2]), x, self.state["share"].to(x))
             samples.append(coordinates.decode(x.cpu()))
         return torch.cat(samples)
+
+
+@torch.no_grad()
+def noisy_share(denoiser, data, sigma, generator):
+    """Return (k,), within 0..1: the share of x = data + sigma noise that makes D(x) + share (x - D(x)) nearest to data
+    (n, k), along each axis, by least squares.
+
+    For D(x) = E[data | x] that is 0. A network that predicts the data is that precise at high levels only: near the
+    lowest, where x says more than the network can tell, its own error takes part in every sample. Left out, samples
+    lie a point farther from the training set by 1-NNA on BRDF-L1.
+    """
+    wanted, moved = torch.zeros(2, data.shape[1])
+    for clean in data.split(SAMPLE_BATCH):
+        x = clean + sigma * torch.randn(clean.shape, generator=generator)
+        guess = denoiser(x.to(device()), sigma.to(device())).cpu()
+        wanted += ((clean - guess) * (x - guess)).sum(0)
+        moved += (x - guess).square().sum(0)
+    return (wanted / moved).clamp(0, 1)

@@ -1,5 +1,5 @@
 """Samplers: each takes `denoise(x, sigma)`, a start x (n, k) of standard deviation sigmas[0], descending levels that
-end in 0, and a torch Generator that only the stochastic ones use."""
+may end in 0, and a torch Generator that only the stochastic ones use."""
 
 from itertools import pairwise
 

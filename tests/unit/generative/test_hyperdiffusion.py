@@ -6,7 +6,7 @@ from neumat.augment.permutations import PERMUTATIONS
 from neumat.errors import NeumatError
 from neumat.fields.layout import SIZE, permute_channels
 from neumat.generative.base import Dataset
-from neumat.generative.hyperdiffusion import HyperDiffusion, linear_sigmas
+from neumat.generative.hyperdiffusion import HyperDiffusion, linear_sigmas, noisy_share
 from neumat.generative.samplers import EVALUATIONS, SAMPLERS
 
 TOY = {"network": {"width": 32, "depth": 1}, "components": 6, "batch": 32}
@@ -67,6 +67,34 @@ def test_a_sampler_spends_the_evaluations_it_is_given(sampler):
 def test_the_linear_schedule_is_sampled_at_levels_that_training_saw():
     levels = HyperDiffusion(noise="linear", sampler="ancestral", nfe=100).sampling_levels()
     assert torch.equal(levels[:-1], linear_sigmas().flip(0))
+
+
+@pytest.mark.parametrize("deviation", [0.5, 2.0])
+def test_an_ideal_denoiser_leaves_no_share_to_the_noisy_sample(deviation):
+    """Of normal data it is the shrunken x (Tweedie's formula)."""
+    data = deviation * torch.randn(20000, 3, generator=torch.Generator().manual_seed(0))
+    share = noisy_share(
+        lambda x, sigma: x / (1 + sigma**2 / deviation**2), data, torch.tensor(0.4), torch.Generator().manual_seed(1)
+    )
+    assert share.max() < 0.1
+
+
+def test_a_denoiser_that_errs_leaves_the_noisy_sample_the_share_of_its_error():
+    error, sigma = torch.tensor([0.0, 0.1, 0.3]), torch.tensor(0.4)
+    data = torch.zeros(20000, 3)
+    share = noisy_share(lambda x, sigma: error.expand(len(x), -1), data, sigma, torch.Generator().manual_seed(0))
+    assert torch.allclose(share, error**2 / (error**2 + sigma**2), atol=0.02)
+
+
+@pytest.mark.parametrize("sampler", ["heun", "euler", "dpmpp_2m"])
+def test_the_last_step_keeps_that_share_of_the_lowest_noise(sampler):
+    """A denoiser that says 0 leaves x = sigma noise at every level."""
+    weights = torch.randn(50, SIZE, generator=torch.Generator().manual_seed(0))
+    model = HyperDiffusion(**TOY, steps=2, sampler=sampler, sigma_min=0.2).fit(dataset(weights), seed=0)
+    model.state["share"] = torch.tensor([0.0, 0.25, 0.5, 0.75, 1.0, 1.0])
+    coordinates, _ = model.restored()
+    samples = model.integrate(lambda x, sigma, rows: torch.zeros_like(x), coordinates, 4000, seed=1)
+    assert torch.allclose(coordinates.encode(samples).std(0), 0.2 * model.state["share"], atol=0.01)
 
 
 @pytest.mark.parametrize(
