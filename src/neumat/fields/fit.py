@@ -105,7 +105,7 @@ def descend(values, directions, start, config, seed, widths=WIDTHS, progress=ite
     SOAP alone reaches the same loss with a quarter of the samples, but along directions of each material's own: 256
     principal axes of all fields then leave five times the error that they leave of Adam's, and a model of their
     distribution has more to learn. A short polish at a low rate keeps what Adam's fields have in common.
-    values: (V, K, 3) float16, 1/sr. config: the section `fit`.
+    values, start: see `train`. config: the section `fit`.
     """
     polish = config | config["polish"]
     for optimiser, stage, name in ((Adam, config, seed), (soap, polish, f"{seed}/polish")):
@@ -117,19 +117,21 @@ def descend(values, directions, start, config, seed, widths=WIDTHS, progress=ite
 def train(values, directions, start, config, optimiser, seed, widths=WIDTHS, progress=iter):
     """Return the trained weights (K, size) from `start` (K, size).
 
-    config: samples, batch_size, highlight_share, learning_rate, schedule, precision. optimiser: one for a layer's
-    matrix, see `fields.optimisers`. `progress` wraps the range of steps.
+    values: (V, k, 3) float16, 1/sr, of k materials; field i is trained on material i modulo k. config: samples,
+    batch_size, highlight_share, learning_rate, schedule, precision. optimiser: one for a layer's matrix, see
+    `fields.optimisers`. `progress` wraps the range of steps.
     """
     dtype = getattr(torch, config["precision"])
     order = training_order(directions, config, seed)
     weights = start.clone()
     optimisers = [optimiser(matrix) for matrix in matrices(weights, widths)]
     rows = torch.cat([directions.inputs, torch.ones_like(directions.cosine), directions.cosine], 1)
-    flat, shape = values.flatten(1), (*values.shape[1:], config["batch_size"])
+    shape, materials = (len(start), 3, config["batch_size"]), torch.arange(len(start)) % values.shape[1]
     steps = len(order)
     for step in progress(range(steps)):
         *inputs, cosine = rows.index_select(0, order[step]).T
-        target = torch.log1p(flat.index_select(0, order[step]).float().T * cosine).view(shape)
+        batch = values.index_select(0, order[step]).index_select(1, materials).flatten(1)
+        target = torch.log1p(batch.float().T * cosine).view(shape)
         grad = gradient(weights, widths, torch.stack(inputs).to(dtype), cosine, target, dtype)
         rate = learning_rate(step, steps, config)
         for layer, part in zip(optimisers, matrices(grad, widths), strict=True):
@@ -173,13 +175,12 @@ def fit(values, directions, first, config, seed, widths=WIDTHS, progress=iter):
     count = values.shape[1]
     if count > GROUP:
         raise NeumatError("fit", f"at most {GROUP} materials at a time", count)
-    filled = values[:, torch.arange(GROUP) % count].contiguous()
-    weights = descend(filled, directions, first.expand(GROUP, -1), config, seed, widths, progress)[:count]
+    weights = descend(values, directions, first.expand(GROUP, -1), config, seed, widths, progress)[:count]
     grid, uniform, null = losses(weights, values, directions, directions.held, widths)
     bad = ~(grid < OUTLIER * null)
     if bad.any():
         start = random_weights(widths, seed, "retry").expand(GROUP, -1)
-        again = descend(filled, directions, start, config, f"{seed}/retry", widths, progress)[:count]
+        again = descend(values, directions, start, config, f"{seed}/retry", widths, progress)[:count]
         new_grid, new_uniform, _ = losses(again, values, directions, directions.held, widths)
         better = bad & ~(new_grid >= grid)
         weights = torch.where(better[:, None], again, weights)
@@ -217,9 +218,8 @@ def first_field(values, directions, config, seed, widths=WIDTHS, progress=iter):
     for k in range(ROUNDS):
         fresh = random_weights(widths, seed, f"revival {k}")
         weights = torch.stack([revive(one, directions.inputs[::97], fresh, widths) for one in weights])
-        targets = values.expand(-1, len(weights), -1).contiguous()
-        weights = train(targets, directions, weights, config, soap, f"{seed}/first {k}", widths, progress)
-        loss, _, _ = losses(weights, targets, directions, directions.train[::97], widths)
+        weights = train(values, directions, weights, config, soap, f"{seed}/first {k}", widths, progress)
+        loss, _, _ = losses(weights, values, directions, directions.train[::97], widths)
         weights = weights[loss.argsort()[: max(1, len(weights) // 2)]]
     return weights[0]
 
