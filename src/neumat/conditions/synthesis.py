@@ -19,7 +19,7 @@ from neumat.render.sphere import FrozenSphere, render_fields
 FARTHEST = 0.5  # cosine to the nearest training caption, below which a text is not about materials
 CANDIDATES = 16
 NEEDED = {"captions", "weights", "looks", "look.kernel"}  # beside the networks, in a checkpoint
-GUIDANCE = {"type": 2.0, "category": 0.0, "text": 2.0, "image": 0.0}
+GUIDANCE = {"type": 2.0, "category": 0.0, "text": 1.0, "image": 0.0}
 TOLD = {"text", "image"}  # modalities by which candidates can be told apart
 CHOOSY = 4  # one in so many candidates is a good answer, of which the most different are served
 # Of the noise on the training materials that answers to a picture begin with: just below `Tuning.settled`, so that the

@@ -13,7 +13,7 @@ from neumat.errors import NeumatError
 from neumat.fields.layout import SIZE
 from neumat.files import atomic_path
 
-SCHEMA = "2"
+SCHEMA = "3"
 
 
 @dataclass(frozen=True)

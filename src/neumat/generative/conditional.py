@@ -15,13 +15,15 @@ from neumat.files import atomic_path
 from neumat.generative.base import read_checkpoint
 from neumat.generative.denoisers import LEVEL_WIDTH
 from neumat.generative.hyperdiffusion import HyperDiffusion
+from neumat.generative.orders import ORDERS, OrderOfRequest, colours
 from neumat.generative.schedule import Denoiser, loguniform_sigmas
 from neumat.generative.training import device, seeded, train
 from neumat.seeds import seed_for
 
-SCHEMA = "2"
+SCHEMA = "3"
 MODALITIES = ("type", "category", "text", "image")
 HIDDEN = 256
+COLOURED = ("text", "image")  # those that may say which colour
 ROUNDS = 8  # of drawing anew what was no valid BRDF
 
 
@@ -85,12 +87,13 @@ class ConditionalDiffusion:
         """
         tuning = self.tuning
         coordinates, denoiser = self.base.restored()
-        data = coordinates.encode(weights)
+        weights, channels = self.base.sorted(weights)
+        data, seen = coordinates.encode(weights), colours(weights)
+        order = (channels.argsort(1)[:, None] == ORDERS).all(2).int().argmax(1)
         self.sizes = {name: conditions[name].shape[-1] for name in MODALITIES}
-        with seeded(seed, "request"):
-            request = RequestEmbedding(self.sizes)
         on = device()
-        both = nn.ModuleDict({"network": denoiser.network, "request": request}).to(on)
+        with seeded(seed, "request"):
+            both = self._networks(denoiser.network).to(on)
         highest = self.base.sampling_levels()[0].item()
 
         def loss(generator):
@@ -105,12 +108,16 @@ class ConditionalDiffusion:
                 choice = torch.randint(conditions[name].shape[1], (tuning.batch,), generator=generator)
                 noise = torch.randn(tuning.batch, self.sizes[name], generator=generator)
                 asked[name] = conditions[name][rows, choice] + tuning.jitter / self.sizes[name] ** 0.5 * noise
-            asked = {name: rows.to(on) for name, rows in asked.items()}
-            network = functools.partial(both["network"], condition=both["request"](asked, given.to(on)))
+            asked, given = {name: rows.to(on) for name, rows in asked.items()}, given.to(on)
+            network = functools.partial(both["network"], condition=both["request"](asked, given))
             clean = data[rows]
             noise = torch.randn(clean.shape, generator=generator)
             levels = loguniform_sigmas(tuning.batch, tuning.settled, highest, generator)
-            return Denoiser(network, self.base.preconditioning).loss(clean.to(on), levels.to(on), noise.to(on))
+            total = Denoiser(network, self.base.preconditioning).loss(clean.to(on), levels.to(on), noise.to(on))
+            if self.base.sort:
+                logits = both["order"](seen[rows].to(on), asked, _coloured(given)).float()
+                total = total + nn.functional.cross_entropy(logits, order[rows].to(on))
+            return total
 
         train(
             both, loss, steps=tuning.steps, lr=tuning.lr, warmup=tuning.warmup, precision=self.base.precision,
@@ -140,18 +147,25 @@ class ConditionalDiffusion:
         coordinates, unconditional = self.base.restored()
         if not request or guidance == -1:
             return self.base.integrate(lambda x, sigma, rows: unconditional(x, sigma), coordinates, n, seed, start)
-        network, embedding = self._restored(coordinates.into.shape[1])
+        networks = self._restored(coordinates.into.shape[1])
+        asked, given = self._filled(n, request)
         with torch.no_grad():
-            condition = embedding(*self._filled(n, request))
+            condition = networks["request"](asked, given)
 
         def denoise(x, sigma, rows):
             if sigma < self.tuning.settled:
                 return unconditional(x, sigma)
-            tuned = Denoiser(functools.partial(network, condition=condition[rows]), self.base.preconditioning)
+            tuned = Denoiser(
+                functools.partial(networks["network"], condition=condition[rows]), self.base.preconditioning
+            )
             wanted = tuned(x, sigma)
             return wanted if guidance == 0 else wanted + guidance * (wanted - unconditional(x, sigma))
 
-        return self.base.integrate(denoise, coordinates, n, seed, start)
+        def likely(weights):
+            logits = networks["order"](colours(weights).to(device()), asked, _coloured(given))
+            return (1 + guidance) * logits.cpu()  # guided as D is: without a request all orders are alike
+
+        return self.base.integrate(denoise, coordinates, n, seed, start, likely)
 
     def sample(self, n, seed, request, guidance=0.0, start=None):
         """Return (weights (n, 675) of valid BRDFs, how many were drawn for them). See `draw`.
@@ -192,11 +206,16 @@ class ConditionalDiffusion:
         given = torch.tensor([[float(name in request) for name in self.sizes]], device=device())
         return filled, given.expand(n, -1)
 
+    def _networks(self, network):
+        networks = {"network": network, "request": RequestEmbedding(self.sizes)}
+        if self.base.sort:
+            networks["order"] = OrderOfRequest(RequestEmbedding({name: self.sizes[name] for name in COLOURED}))
+        return nn.ModuleDict(networks)
+
     def _restored(self, size):
-        both = nn.ModuleDict({"network": self.base._denoiser(size).network, "request": RequestEmbedding(self.sizes)})
-        both.load_state_dict(self.state)
-        both.to(device()).eval()
-        return both["network"], both["request"]
+        networks = self._networks(self.base._denoiser(size).network)
+        networks.load_state_dict(self.state)
+        return networks.to(device()).eval()
 
     def save(self, path):
         """Write everything that sampling needs as safetensors: both networks, notes and extra tensors."""
@@ -233,6 +252,10 @@ def _given(n, probability, generator):
     one = torch.randint(len(MODALITIES), (n,), generator=generator)
     given[torch.arange(n), one] |= ~given.any(1)
     return given.float()
+
+
+def _coloured(given):
+    return given[:, [MODALITIES.index(name) for name in COLOURED]]
 
 
 def _members(category, n, generator):

@@ -6,11 +6,10 @@ from pathlib import Path
 
 import torch
 
-from neumat.augment.permutations import PERMUTATIONS
 from neumat.errors import NeumatError
-from neumat.fields.layout import permute_channels
 from neumat.generative.base import GenerativeModel
 from neumat.generative.denoisers import DENOISERS
+from neumat.generative.orders import ORDERS, brightest_first, reorder
 from neumat.generative.samplers import EVALUATIONS, SAMPLERS
 from neumat.generative.schedule import (
     Denoiser,
@@ -34,9 +33,10 @@ class HyperDiffusion(GenerativeModel):
     denoiser, network: a name in DENOISERS and its keyword arguments. components, metric, power: see Coordinates.
     preconditioning: a name in PRECONDITIONINGS. noise: "lognormal" levels (log_mean, log_std), "loguniform" ones
     (sigma_min, sigma_max), both sampled at Karras's levels, or "linear", the mended 100-step beta schedule.
-    blend: largest weight of a second training material mixed into each example, in the coordinates; permute:
-    channels permuted at random. steps, batch, lr, lr_end, warmup, ema, weight_decay, precision: see train.
-    sampler: a name in SAMPLERS; nfe: evaluations of the denoiser a sample.
+    sort: whether materials are learnt with their brightest channel first, and samples' channels permuted at random, see
+    `orders`. blend: largest weight of a second training material mixed into each example, in the coordinates. steps,
+    batch, lr, lr_end, warmup, ema, weight_decay, precision: see train. sampler: a name in SAMPLERS; nfe: evaluations of
+    the denoiser a sample.
     """
 
     denoiser: str = "mlp"
@@ -50,8 +50,8 @@ class HyperDiffusion(GenerativeModel):
     log_std: float = 1.4
     sigma_min: float = 0.01
     sigma_max: float = 40.0
+    sort: bool = False
     blend: float = 0.0
-    permute: bool = False
     steps: int = 5000
     batch: int = 512
     lr: float = 1e-3
@@ -102,8 +102,7 @@ class HyperDiffusion(GenerativeModel):
         return karras_sigmas(steps, self.sigma_min, self.sigma_max)
 
     def _fit(self, dataset, seed, progress, checkpoint):
-        orders = PERMUTATIONS if self.permute else PERMUTATIONS[:1]
-        weights = torch.cat([permute_channels(dataset.weights, order) for order in orders])
+        weights = self.sorted(dataset.weights)[0]
         coordinates = Coordinates.fit(
             weights, self.components, self.metric, self.power, torch_generator(seed, "metric")
         )
@@ -128,6 +127,11 @@ class HyperDiffusion(GenerativeModel):
         state = {f"coordinates.{name}": value for name, value in coordinates.state().items()}
         return {"share": share} | state | network
 
+    def sorted(self, weights):
+        """Return (the fields (n, 675) as they are learnt, the channels (n, 3) that these take from `weights`)."""
+        channels = brightest_first(weights) if self.sort else ORDERS[:1].expand(len(weights), -1)
+        return reorder(weights, channels), channels
+
     def restored(self):
         """Return (Coordinates, Denoiser) as fitted."""
         part = {
@@ -145,17 +149,19 @@ class HyperDiffusion(GenerativeModel):
         return self.integrate(lambda x, sigma, rows: denoiser(x, sigma), coordinates, n, seed).numpy()
 
     @torch.no_grad()
-    def integrate(self, denoise, coordinates, n, seed, start=None):
+    def integrate(self, denoise, coordinates, n, seed, start=None, likely=None):
         """Return weights (n, 675) sampled by `denoise(x, sigma, rows)`, rows the slice of the n that x stands for; the
         last step, from the lowest level to 0, keeps the `noisy_share` of x.
 
         start: (weights (n, 675), level), where sampling begins with these at that level of noise (SDEdit, Meng et al.
-        2022) and not with noise alone.
+        2022), and ends with their order of channels, and not with noise alone. likely: sorted weights (n, 675) -> the
+        logits (n, 6) of ORDERS of their channels; None for all alike.
         """
         size = coordinates.into.shape[1]
         sigmas, clean = self.sampling_levels(), torch.zeros(n, size)
         if start is not None:
-            clean, level = coordinates.encode(start[0]), torch.tensor([start[1]])
+            fields, channels = self.sorted(start[0])
+            clean, level = coordinates.encode(fields), torch.tensor([start[1]])
             sigmas = torch.cat([level, sigmas[sigmas < level]])
         sigmas, clean = sigmas.to(device()), clean.to(device())
         samples = []
@@ -168,7 +174,14 @@ class HyperDiffusion(GenerativeModel):
             x = SAMPLERS[self.sampler](of_rows, x, sigmas[:-1], generator)
             x = torch.lerp(of_rows(x, sigmas[-2]), x, self.state["share"].to(x))
             samples.append(coordinates.decode(x.cpu()))
-        return torch.cat(samples)
+        samples = torch.cat(samples)
+        if start is not None:
+            return reorder(samples, channels.argsort(1))
+        if not self.sort:
+            return samples
+        logits = likely(samples) if likely else torch.zeros(n, len(ORDERS))
+        chosen = logits.softmax(1).multinomial(1, generator=torch_generator(seed, "order"))[:, 0]
+        return reorder(samples, ORDERS[chosen])
 
 
 @torch.no_grad()

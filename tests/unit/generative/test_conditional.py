@@ -60,6 +60,38 @@ def test_samples_follow_what_was_asked(model, modality):
     assert (level(dark) < 0.15).float().mean() > 0.9
 
 
+@pytest.fixture(scope="module")
+def coloured(data):
+    """A model that sorts channels, of fields that are red or blue as text and image say."""
+    weights, conditions = data
+    weights = weights.clone()
+    weights[:, -3:] = 0.05 + 0.01 * torch.rand(N, 3, generator=torch.Generator().manual_seed(0))
+    weights[torch.arange(N), torch.where(torch.arange(N) % 2 > 0, -1, -3)] = 0.3
+    index = torch.arange(N).numpy()
+    config = {"network": {"width": 32, "depth": 2}, "components": 8, "steps": 300, "batch": 64, "nfe": 16, "lr": 3e-3}
+    base = make("hyperdiffusion", config | {"sigma_min": 0.1, "sigma_max": 20.0, "sort": True})
+    base.fit(Dataset(weights, index, index % 6, index >= 0), seed=0)
+    return ConditionalDiffusion(base, Tuning(steps=300, batch=64), {}, {}).fit(weights, conditions, seed=1)
+
+
+@pytest.mark.parametrize("modality", ["text", "image"])
+def test_requests_choose_the_order_of_the_channels(coloured, modality):
+    for k, channel in ((0, 0), (1, 2)):
+        brightest = coloured.draw(60, 2, {modality: one_hot(k, 8)})[:, -3:].argmax(1)
+        assert (brightest == channel).float().mean() > 0.9
+
+
+def test_types_and_categories_leave_the_order_of_the_channels_open(coloured):
+    for request in ({"type": one_hot(0, 2)}, {"category": one_hot(1, 3)}, {}):
+        brightest = coloured.draw(240, 2, request)[:, -3:].argmax(1)
+        assert brightest.bincount(minlength=3).min() > 50
+
+
+def test_guidance_of_minus_one_is_the_unconditional_model_where_channels_are_sorted(coloured):
+    expected = torch.from_numpy(coloured.base.sample(6, seed=3))
+    assert torch.equal(coloured.draw(6, 3, {"text": one_hot(0, 8)}, -1.0), expected)
+
+
 def test_rows_may_ask_for_different_things(model):
     rows = torch.eye(2)[torch.arange(40) % 2]
     levels = level(model.draw(40, 2, {"type": rows}))

@@ -1,0 +1,59 @@
+"""The order of a material's colour channels, told apart from the material.
+
+A material is as likely in any order of its channels: AugMERL holds it in all six. A model that knows it in one order
+only, its brightest channel first, has a sixth of that to learn, and finds the other five by permuting its samples.
+"""
+
+import torch
+from torch import nn
+
+from neumat.augment.permutations import PERMUTATIONS, channel_order
+from neumat.brdf.coordinates import half_difference
+from neumat.fields.field import log_reflectance
+from neumat.fields.layout import SIZE, matrices
+from neumat.generative.denoisers import LEVEL_WIDTH
+
+ORDERS = torch.tensor([channel_order(permutation) for permutation in PERMUTATIONS])  # (6, 3)
+THETA_H, THETA_D = (0.0, 10.0, 50.0), 20.0  # degrees, where colours are read: highlight, its flank, body
+FLOOR = 1e-3  # 1/sr: differences far below it are rounding
+
+
+@torch.no_grad()
+def colours(weights):
+    """Return the logarithms of reflectance (n, 3 channels, directions) of fields (n, 675); finite for any weights."""
+    theta_h = torch.deg2rad(torch.tensor(THETA_H))
+    inputs = half_difference(theta_h, torch.deg2rad(torch.full_like(theta_h, THETA_D)), torch.zeros_like(theta_h))
+    values = log_reflectance(weights.float(), inputs.float()).nan_to_num().clamp(0, 80).expm1()
+    return (values + FLOOR).log().mT
+
+
+def brightest_first(weights):
+    """Return the channels (n, 3) of fields (n, 675), brightest first, by their mean colour."""
+    return colours(weights).mean(2).argsort(dim=1, descending=True, stable=True)
+
+
+def reorder(weights, channels):
+    """Return the fields (n, 675) that take R, G and B from the `channels` (n, 3) of these fields: exact, no refit."""
+    gather = torch.arange(SIZE).repeat(len(weights), 1)
+    last = matrices(gather)[-1]
+    last[:] = last.gather(2, channels[:, None].expand_as(last))
+    return weights.gather(1, gather)
+
+
+class OrderOfRequest(nn.Module):
+    """How well each order of a material's channels answers to a request, as logits (n, 6), in the order of ORDERS.
+
+    The dot product of what the colours in that order are taken for and of the embedded request: it depends on the
+    material in that order alone, so what red means is learnt once, from all materials.
+    """
+
+    def __init__(self, request):
+        super().__init__()
+        self.request = request  # a module: ({modality: (n, size)}, present (n, modalities)) -> (n, LEVEL_WIDTH)
+        size = 3 * len(THETA_H)
+        self.seen = nn.Sequential(nn.Linear(size, LEVEL_WIDTH), nn.SiLU(), nn.Linear(LEVEL_WIDTH, LEVEL_WIDTH))
+
+    def forward(self, colours, asked, present):
+        seen = self.seen(colours[:, ORDERS.to(colours.device)].flatten(2))
+        logits = (seen * self.request(asked, present)[:, None]).sum(2)
+        return logits * present.amax(1, keepdim=True)  # without a request all are alike
