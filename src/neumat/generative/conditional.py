@@ -72,7 +72,8 @@ class ConditionalDiffusion:
     A request is {modality: tensor (n, size) or (1, size)} for any of MODALITIES: rows of type sum to 1 over the types
     asked for, rows of category hold one 1, text and image are embeddings of unit length. Without any it is the
     unconditional model itself. notes: a dict that JSON can hold, and extra: a dict of tensors, both kept in the
-    checkpoint for whoever makes requests.
+    checkpoint for whoever makes requests. Where the base sorts channels, so do the networks here, and one more tells
+    which order of them answers to a text or an image (`orders.OrderOfRequest`), trained beside the tuning.
     """
 
     def __init__(self, base, tuning, notes, extra):
