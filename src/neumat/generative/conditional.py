@@ -15,7 +15,7 @@ from neumat.files import atomic_path
 from neumat.generative.base import read_checkpoint
 from neumat.generative.denoisers import LEVEL_WIDTH
 from neumat.generative.hyperdiffusion import HyperDiffusion
-from neumat.generative.orders import ORDERS, OrderOfRequest, colours
+from neumat.generative.orders import OrderOfRequest, colours
 from neumat.generative.schedule import Denoiser, loguniform_sigmas
 from neumat.generative.training import device, seeded, train
 from neumat.seeds import seed_for
@@ -88,9 +88,8 @@ class ConditionalDiffusion:
         """
         tuning = self.tuning
         coordinates, denoiser = self.base.restored()
-        weights, channels = self.base.sorted(weights)
+        weights, order = self.base.sorted(weights)
         data, seen = coordinates.encode(weights), colours(weights)
-        order = (channels.argsort(1)[:, None] == ORDERS).all(2).int().argmax(1)
         self.sizes = {name: conditions[name].shape[-1] for name in MODALITIES}
         on = device()
         with seeded(seed, "request"):

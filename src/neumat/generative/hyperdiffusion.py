@@ -128,9 +128,8 @@ class HyperDiffusion(GenerativeModel):
         return {"share": share} | state | network
 
     def sorted(self, weights):
-        """Return (the fields (n, 675) as they are learnt, the channels (n, 3) that these take from `weights`)."""
-        channels = brightest_first(weights) if self.sort else ORDERS[:1].expand(len(weights), -1)
-        return reorder(weights, channels), channels
+        """Return (the fields (n, 675) as they are learnt, the orders (n,) of channels that give `weights` again)."""
+        return brightest_first(weights) if self.sort else (weights, torch.zeros(len(weights), dtype=torch.long))
 
     def restored(self):
         """Return (Coordinates, Denoiser) as fitted."""
@@ -160,7 +159,7 @@ class HyperDiffusion(GenerativeModel):
         size = coordinates.into.shape[1]
         sigmas, clean = self.sampling_levels(), torch.zeros(n, size)
         if start is not None:
-            fields, channels = self.sorted(start[0])
+            fields, back = self.sorted(start[0])
             clean, level = coordinates.encode(fields), torch.tensor([start[1]])
             sigmas = torch.cat([level, sigmas[sigmas < level]])
         sigmas, clean = sigmas.to(device()), clean.to(device())
@@ -176,12 +175,12 @@ class HyperDiffusion(GenerativeModel):
             samples.append(coordinates.decode(x.cpu()))
         samples = torch.cat(samples)
         if start is not None:
-            return reorder(samples, channels.argsort(1))
+            return reorder(samples, back)
         if not self.sort:
             return samples
         logits = likely(samples) if likely else torch.zeros(n, len(ORDERS))
         chosen = logits.softmax(1).multinomial(1, generator=torch_generator(seed, "order"))[:, 0]
-        return reorder(samples, ORDERS[chosen])
+        return reorder(samples, chosen)
 
 
 @torch.no_grad()

@@ -10,10 +10,11 @@ from torch import nn
 from neumat.augment.permutations import PERMUTATIONS, channel_order
 from neumat.brdf.coordinates import half_difference
 from neumat.fields.field import log_reflectance
-from neumat.fields.layout import SIZE, matrices
+from neumat.fields.layout import permutation_indices
 from neumat.generative.denoisers import LEVEL_WIDTH
 
 ORDERS = torch.tensor([channel_order(permutation) for permutation in PERMUTATIONS])  # (6, 3)
+INDICES = torch.stack([permutation_indices(permutation) for permutation in PERMUTATIONS])  # (6, 675)
 THETA_H, THETA_D = (0.0, 10.0, 50.0), 20.0  # degrees, where colours are read: highlight, its flank, body
 FLOOR = 1e-3  # 1/sr: differences far below it are rounding
 
@@ -28,16 +29,19 @@ def colours(weights):
 
 
 def brightest_first(weights):
-    """Return the channels (n, 3) of fields (n, 675), brightest first, by their mean colour."""
-    return colours(weights).mean(2).argsort(dim=1, descending=True, stable=True)
+    """Return (the fields (n, 675), brightest channel first by its mean colour, the orders (n,) that put back)."""
+    channels = colours(weights).mean(2).argsort(dim=1, descending=True, stable=True)
+    return reorder(weights, _number(channels)), _number(channels.argsort(1))
 
 
-def reorder(weights, channels):
-    """Return the fields (n, 675) that take R, G and B from the `channels` (n, 3) of these fields: exact, no refit."""
-    gather = torch.arange(SIZE).repeat(len(weights), 1)
-    last = matrices(gather)[-1]
-    last[:] = last.gather(2, channels[:, None].expand_as(last))
-    return weights.gather(1, gather)
+def reorder(weights, orders):
+    """Return the fields (n, 675) with their channels in `orders` (n,), positions in ORDERS: exact, no refit."""
+    return weights.gather(1, INDICES[orders])
+
+
+def _number(channels):
+    """Return the positions (n,) in ORDERS of channels (n, 3)."""
+    return (channels[:, None] == ORDERS).all(2).int().argmax(1)
 
 
 class OrderOfRequest(nn.Module):
