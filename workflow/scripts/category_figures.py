@@ -4,8 +4,10 @@ import pandas as pd
 
 from neumat.brdf.types import read_types
 from neumat.files import atomic_path
-from neumat.metrics.categories import kmeans_table, with_types
-from neumat.reporting.category_figures import kmeans_figure, statistics_by_material, statistics_by_type
+from neumat.metrics.categories import with_types
+from neumat.metrics.clusters import kmeans_table
+from neumat.reporting.category_figures import statistics_by_material, statistics_by_type
+from neumat.reporting.kmeans_figure import kmeans_figure
 from neumat.stage import config_file, stage
 
 with stage(snakemake):

@@ -3,10 +3,7 @@ import pandas as pd
 import pytest
 
 from neumat.brdf.categories import CATEGORIES
-from neumat.errors import NeumatError
 from neumat.metrics.categories import (
-    cluster,
-    kmeans_table,
     names_table,
     overlap_table,
     readings_table,
@@ -87,19 +84,3 @@ def test_readings_count_what_changes(statistics):
     assert table.loc[("metallic", "printed: every direction")].tolist() == [0, 1, 0, 1]
     assert table.loc[("low-specular", "printed: diffuse materials as well")].tolist() == [3, 1, 3, 2]
     assert table.loc[("diffuse", "field instead of measured table")].tolist() == [2, 1, 2, 0]
-
-
-def test_clusters_by_hand():
-    labels, boundaries = cluster([120, 1, 60, 2, 61, 119], logarithmic=False)
-    assert labels.tolist() == [2, 0, 1, 0, 1, 2] and boundaries == pytest.approx([31, 90])
-    labels, boundaries = cluster([100, 1, 10, 1, 10, 100], logarithmic=True)
-    assert labels.tolist() == [2, 0, 1, 0, 1, 2] and boundaries == pytest.approx([10**0.5, 10**1.5])
-    with pytest.raises(NeumatError, match="at least 3 different values; found 2"):
-        cluster([1, 1, 2], logarithmic=False)
-
-
-def test_kmeans_table_has_both_scales(statistics):
-    table = kmeans_table(statistics)
-    assert (table["boundary_1"] < table["boundary_2"]).all()
-    assert (table[["low", "middle", "high"]].sum(axis=1) == len(NAMES)).all()
-    assert set(table["paper_1"].dropna()) == {100}

@@ -6,10 +6,10 @@ from PIL import Image
 from neumat.reporting.category_figures import (
     constrained_chart,
     constrained_sheet,
-    kmeans_figure,
     statistics_by_material,
     statistics_by_type,
 )
+from neumat.reporting.kmeans_figure import kmeans_figure
 
 
 @pytest.fixture
