@@ -68,30 +68,37 @@ def learning_rate(step, steps, config):
     return config["learning_rate"] * 0.5 * (1 + math.cos(math.pi * step / steps))
 
 
-def gradient(weights, widths, inputs, cosine, target, dtype):
-    """Return d loss / d weights, (K, size), of the mean |log(1 + f cos) - target| of each of K fields.
+def stacked(weights, widths=WIDTHS):
+    """Return the layers of fields (K, size), each (K, out + 1, in + 1): the transposed kernel, the bias as last column,
+    and a last row that hands a one on, so that products with `inputs` that end in ones need no bias of their own."""
+    layers = []
+    for matrix in matrices(weights, widths):
+        count, below, above = matrix.shape
+        layer = weights.new_zeros(count, above + 1, below)
+        layer[:, :-1], layer[:, -1, -1] = matrix.mT, 1
+        layers.append(layer)
+    return layers
 
-    inputs (7, n): the six coordinates and a row of ones; cosine (n,); target (K, 3, n) = log(1 + f cos).
+
+def gradient(layers, inputs, cosine, target, dtype):
+    """Return d loss / d of each of the `stacked` layers without its last row, of the mean |log(1 + f cos) - target| of
+    each of K fields.
+
+    inputs (n, 7): the six coordinates and a column of ones; cosine (n,); target (K, 3, n) = log(1 + f cos).
     """
-    count, n = len(weights), inputs.shape[1]
-    first = matrices(weights, widths)[0].transpose(1, 2).to(dtype).contiguous()
-    _, (w2, b2), (w3, b3) = unpack(weights, widths)
-    second, third = w2.transpose(1, 2).to(dtype).contiguous(), w3.transpose(1, 2).to(dtype).contiguous()
-
-    hidden1 = (first.view(-1, inputs.shape[0]) @ inputs).view(count, -1, n).relu_()
-    hidden2 = torch.baddbmm(b2.to(dtype)[:, :, None], second, hidden1).relu_()
-    growth = torch.exp(torch.baddbmm(b3.to(dtype)[:, :, None], third, hidden2).float())
-    shaded = (growth - 1).mul_(cosine)
-    delta = torch.sign(torch.log1p(shaded).sub_(target))
-    delta = delta.mul_(growth).mul_(cosine).div_(shaded.add_(1)).to(dtype)
+    first, second, third = (layer.to(dtype) for layer in layers)
+    count, n = len(first), len(inputs)
+    hidden1 = (first.flatten(0, 1) @ inputs.T).view(count, -1, n).relu_()
+    hidden2 = (second @ hidden1).relu_()
+    slope = torch.exp((third[:, :-1] @ hidden2).float()).mul_(cosine)
+    lit = slope + (1 - cosine)  # 1 + f cos
+    delta = torch.log(lit).sub_(target).sign_().mul_(slope).div_(lit).mul_(1 / (3 * n)).to(dtype)
 
     masked = torch.ops.aten.threshold_backward  # the gradient of ReLU, in one pass
-    back2 = masked(third.transpose(1, 2) @ delta, hidden2, 0)
-    back1 = masked(second.transpose(1, 2) @ back2, hidden1, 0)
-    grad1 = (back1.view(-1, n) @ inputs.T).view(count, -1, inputs.shape[0])
-    parts = [grad1.transpose(1, 2), hidden1 @ back2.transpose(1, 2), back2.sum(2)]
-    parts += [hidden2 @ delta.transpose(1, 2), delta.sum(2)]
-    return torch.cat([part.flatten(1) for part in parts], 1).float() / (3 * n)
+    back2 = masked(third[:, :-1, :-1].mT @ delta, hidden2[:, :-1], 0)
+    back1 = masked(second[:, :-1, :-1].mT @ back2, hidden1[:, :-1], 0)
+    below = (back1.flatten(0, 1) @ inputs).view(count, -1, inputs.shape[1])
+    return [part.float() for part in (below, back2 @ hidden1.mT, delta @ hidden2.mT)]
 
 
 def soap(matrix):
@@ -123,43 +130,46 @@ def train(values, directions, start, config, optimiser, seed, widths=WIDTHS, pro
     """
     dtype = getattr(torch, config["precision"])
     order = training_order(directions, config, seed)
-    weights = start.clone()
-    optimisers = [optimiser(matrix) for matrix in matrices(weights, widths)]
+    layers = stacked(start, widths)
+    parameters = [layer[:, :-1] for layer in layers]
+    optimisers = [optimiser(parameter) for parameter in parameters]
     rows = torch.cat([directions.inputs, torch.ones_like(directions.cosine), directions.cosine], 1)
-    shape, materials = (len(start), 3, config["batch_size"]), torch.arange(len(start)) % values.shape[1]
-    steps = len(order)
+    if values.shape[1] < len(start):
+        values = values[:, torch.arange(len(start)) % values.shape[1]]
+    shape, steps = (len(start), 3, config["batch_size"]), len(order)
     for step in progress(range(steps)):
-        *inputs, cosine = rows.index_select(0, order[step]).T
-        batch = values.index_select(0, order[step]).index_select(1, materials).flatten(1)
-        target = torch.log1p(batch.float().T * cosine).view(shape)
-        grad = gradient(weights, widths, torch.stack(inputs).to(dtype), cosine, target, dtype)
+        batch = rows.index_select(0, order[step])
+        inputs, cosine = batch[:, :-1].to(dtype), batch[:, -1].contiguous()
+        reflected = values.index_select(0, order[step]).flatten(1).T.float()
+        target = reflected.mul_(cosine).log1p_().view(shape)
+        grad = gradient(layers, inputs, cosine, target, dtype)
         rate = learning_rate(step, steps, config)
-        for layer, part in zip(optimisers, matrices(grad, widths), strict=True):
+        for layer, part in zip(optimisers, grad, strict=True):
             layer.step(part, rate)
-    return weights
+    return torch.cat([parameter.mT.flatten(1) for parameter in parameters], 1)
 
 
 @torch.no_grad()
-def losses(weights, values, directions, positions, widths=WIDTHS, block=1 << 14):
+def losses(weights, values, directions, positions, widths=WIDTHS, block=1 << 10):
     """Return (over grid entries, over uniform angles, of a constant), each (K,): mean log-cosine losses.
 
     The third is the null baseline: the loss of the best constant log(1 + f cos) of each channel, over the entries.
     """
     total = torch.zeros(3, len(weights), dtype=torch.float64)
     probe = positions[: 1 << 12]
-    middle = torch.log1p(values[probe].float() * directions.cosine[probe][:, :, None]).median(0).values
+    middle = torch.log1p(values[probe].float() * directions.cosine[probe][:, :, None]).median(0).values[:, :, None]
+    *hidden, last = stacked(weights, widths)
     for part in positions.split(block):
-        cosine = directions.cosine[part][:, :, None]
-        target = torch.log1p(values[part].float() * cosine)
-        x = directions.inputs[part]
-        *hidden, (kernel, bias) = unpack(weights, widths)
-        for layer_kernel, layer_bias in hidden:
-            x = torch.relu(x @ layer_kernel + layer_bias[:, None])
-        found = torch.expm1(x @ kernel + bias[:, None]).clamp_min_(0).transpose(0, 1)
-        error = (torch.log1p(found * cosine) - target).abs().mean(2)
-        total[0] += error.sum(0)
-        total[1] += (error * directions.uniform[part, None]).sum(0)
-        total[2] += (middle - target).abs().mean(2).sum(0)
+        cosine = directions.cosine[part][:, 0]
+        target = (values[part].permute(1, 2, 0).float() * cosine).log1p_()
+        x = torch.cat([directions.inputs[part].T, torch.ones(1, len(part))])
+        for layer in hidden:
+            x = (layer @ x).relu_()
+        found = (last[:, :-1] @ x).expm1_().clamp_min_(0).mul_(cosine).log1p_()
+        error = found.sub_(target).abs_().mean(1)
+        total[0] += error.sum(1)
+        total[1] += error @ directions.uniform[part]
+        total[2] += (middle - target).abs_().mean(1).sum(1)
     uniform = directions.uniform[positions].double().sum()
     return total[0] / len(positions), total[1] / uniform, total[2] / len(positions)
 
