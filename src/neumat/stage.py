@@ -4,6 +4,7 @@ import contextlib
 import functools
 import logging
 import sys
+import time
 from pathlib import Path
 
 import torch
@@ -25,7 +26,8 @@ def config_file(snakemake, name):
 def stage(snakemake):
     """Run one job's script: logging goes to its log file and to stderr.
 
-    A NeumatError ends in one line and exit code 1; any other exception leaves its traceback in the log as well. The
+    The log ends with the CPU time of the job, which Snakemake's benchmark takes up to 30 seconds before its end. A
+    NeumatError ends in one line and exit code 1; any other exception leaves its traceback in the log as well. The
     number of threads is the rule's own (`params.torch_threads`, 1 without it) and not what the scheduler grants:
     results must not depend on the cores.
     """
@@ -46,3 +48,4 @@ def stage(snakemake):
         except Exception:
             logging.exception("failed")
             sys.exit(1)
+        logging.info("%.2f s of CPU time", time.process_time())

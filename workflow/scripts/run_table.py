@@ -1,4 +1,4 @@
-"""Wall time, CPU time and peak memory of every stage, from Snakemake's benchmark files."""
+"""Wall time, CPU time and peak memory of every stage, from Snakemake's benchmark files and the logs."""
 
 from pathlib import Path
 
@@ -12,4 +12,4 @@ with stage(snakemake):
         if not path.stem.endswith(f"-of-{snakemake.params.shards}"):
             path.unlink()  # of an earlier run with shards of another size
     with atomic_path(snakemake.output[0]) as temporary:
-        run_table(folder).to_csv(temporary, index=False)
+        run_table(folder, "results/logs").to_csv(temporary, index=False)

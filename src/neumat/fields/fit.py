@@ -134,13 +134,12 @@ def train(values, directions, start, config, optimiser, seed, widths=WIDTHS, pro
     parameters = [layer[:, :-1] for layer in layers]
     optimisers = [optimiser(parameter) for parameter in parameters]
     rows = torch.cat([directions.inputs, torch.ones_like(directions.cosine), directions.cosine], 1)
-    if values.shape[1] < len(start):
-        values = values[:, torch.arange(len(start)) % values.shape[1]]
-    shape, steps = (len(start), 3, config["batch_size"]), len(order)
+    shape, materials = (len(start), 3, config["batch_size"]), torch.arange(len(start)) % values.shape[1]
+    steps = len(order)
     for step in progress(range(steps)):
         batch = rows.index_select(0, order[step])
         inputs, cosine = batch[:, :-1].to(dtype), batch[:, -1].contiguous()
-        reflected = values.index_select(0, order[step]).flatten(1).T.float()
+        reflected = values.index_select(0, order[step]).index_select(1, materials).flatten(1).T.float()
         target = reflected.mul_(cosine).log1p_().view(shape)
         grad = gradient(layers, inputs, cosine, target, dtype)
         rate = learning_rate(step, steps, config)

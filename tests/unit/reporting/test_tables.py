@@ -125,7 +125,7 @@ def test_run_table(tmp_path):
     (tmp_path / "sources.tsv").write_text(HEADER + "2.5\t0:00:02\t100.5\t1\t1\t1\t0\t0\t90\t2.0\n")
     (tmp_path / "fit" / "1-of-2.tsv").write_text(HEADER + "10\t0:00:10\t300\t1\t1\t1\t0\t0\t90\t9.5\n")
     (tmp_path / "fit" / "2-of-2.tsv").write_text(HEADER + "0.1\t0:00:00\t-\t-\t-\t-\t-\t-\t-\tNA\n")
-    table = run_table(tmp_path).set_index(["stage", "job"])
+    table = run_table(tmp_path, tmp_path / "logs").set_index(["stage", "job"])
     where = table.pop("ended"), table.pop("machine")
     assert table.loc[("sources", "sources"), "wall_s"] == 2.5
     assert table.loc[("fit", "2-of-2")].isna().tolist() == [False, True, True]
@@ -139,6 +139,14 @@ def test_run_table(tmp_path):
     assert "cores of" in where[1]["run", "elapsed"]
 
 
+def test_run_table_takes_cpu_time_from_a_log_that_ends_with_it(tmp_path):
+    for name, log in (("a", "12:00:00 a: 51.25 s of CPU time\n"), ("b", "12:00:00 b: 1.0 s of CPU time\nfailed\n")):
+        (tmp_path / f"{name}.tsv").write_text(HEADER + "60\t0:01:00\t300\t1\t1\t1\t0\t0\t90\t43\n")
+        (tmp_path / f"{name}.log").write_text(log)
+    table = run_table(tmp_path, tmp_path).set_index("job")
+    assert table.loc[["a", "b"], "cpu_s"].tolist() == [51.25, 43]
+
+
 def test_covered_counts_overlaps_once_and_pauses_not_at_all():
     starts, ends = np.array([5.0, 0.0, 1.0, 20.0]), np.array([8.0, 4.0, 2.0, 21.0])
     assert covered(starts, ends) == 4 + 3 + 1
@@ -147,7 +155,7 @@ def test_covered_counts_overlaps_once_and_pauses_not_at_all():
 
 def test_run_table_refuses_other_files(tmp_path):
     with pytest.raises(NeumatError, match="benchmark"):
-        run_table(tmp_path)
+        run_table(tmp_path, tmp_path)
     (tmp_path / "a.tsv").write_text("name\tvalue\n")
     with pytest.raises(NeumatError, match=r"a\.tsv"):
-        run_table(tmp_path)
+        run_table(tmp_path, tmp_path)
