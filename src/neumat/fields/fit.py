@@ -24,8 +24,8 @@ FIRST = {"batch_size": 1024, "learning_rate": 1e-2}  # of the first field
 class Directions:
     """The directions of a store's entries, split 80/20 into training and held-out ones, the same for all materials.
 
-    Attributes: inputs (V, 6), cosine (V, 1) of the light, uniform (V,) weights that make a mean over entries a mean
-    over uniform angles, train and held (positions).
+    Attributes: inputs (V, 6), cosine (V, 1) of the light, rows (V, 8) of both with a one between them, uniform (V,)
+    weights that make a mean over entries a mean over uniform angles, train and held (positions).
     """
 
     def __init__(self, entries, seed):
@@ -33,6 +33,7 @@ class Directions:
         angles = grid_angles(entries)
         self.inputs = half_difference(*angles)
         self.cosine = cosines(*angles)[0][:, None]
+        self.rows = torch.cat([self.inputs, torch.ones_like(self.cosine), self.cosine], 1)
         # The grid's theta_h axis is quadratic, so the entries of row i stand for an interval that grows with i.
         self.uniform = 2.0 * (entries // (GRID[1] * GRID[2])).float() + 1.0
         order = torch.randperm(len(entries), generator=torch_generator(seed, "held-out entries"))
@@ -133,11 +134,10 @@ def train(values, directions, start, config, optimiser, seed, widths=WIDTHS, pro
     layers = stacked(start, widths)
     parameters = [layer[:, :-1] for layer in layers]
     optimisers = [optimiser(parameter) for parameter in parameters]
-    rows = torch.cat([directions.inputs, torch.ones_like(directions.cosine), directions.cosine], 1)
     shape, materials = (len(start), 3, config["batch_size"]), torch.arange(len(start)) % values.shape[1]
     steps = len(order)
     for step in progress(range(steps)):
-        batch = rows.index_select(0, order[step])
+        batch = directions.rows.index_select(0, order[step])
         inputs, cosine = batch[:, :-1].to(dtype), batch[:, -1].contiguous()
         reflected = values.index_select(0, order[step]).index_select(1, materials).flatten(1).T.float()
         target = reflected.mul_(cosine).log1p_().view(shape)
@@ -159,9 +159,9 @@ def losses(weights, values, directions, positions, widths=WIDTHS, block=1 << 10)
     middle = torch.log1p(values[probe].float() * directions.cosine[probe][:, :, None]).median(0).values[:, :, None]
     *hidden, last = stacked(weights, widths)
     for part in positions.split(block):
-        cosine = directions.cosine[part][:, 0]
+        cosine = directions.rows[part, -1]
         target = (values[part].permute(1, 2, 0).float() * cosine).log1p_()
-        x = torch.cat([directions.inputs[part].T, torch.ones(1, len(part))])
+        x = directions.rows[part, :-1].T
         for layer in hidden:
             x = (layer @ x).relu_()
         found = (last[:, :-1] @ x).expm1_().clamp_min_(0).mul_(cosine).log1p_()
