@@ -46,7 +46,7 @@ rule generalisation:
         "results/tables/run-generalisation.csv",
 
 
-# Every rule of the three targets, exports from both stores, and a preview; meant for config/smoke.yaml.
+# Every rule of the three targets, and one export in each format; meant for config/smoke.yaml.
 rule smoke:
     input:
         rules.all.input,

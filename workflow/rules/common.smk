@@ -76,7 +76,7 @@ TARGETS = {
     "generalisation": ["results/tables/generalisation.csv"],
     "export": [
         "results/export/safetensors/sample-0",
-        "results/export/rgl/blend-000@rbg",
+        *expand("results/export/{format}/blend-000@rbg", format=FORMATS),
     ],
 }
 

@@ -24,16 +24,17 @@ FIRST = {"batch_size": 1024, "learning_rate": 1e-2}  # of the first field
 class Directions:
     """The directions of a store's entries, split 80/20 into training and held-out ones, the same for all materials.
 
-    Attributes: inputs (V, 6), cosine (V, 1) of the light, rows (V, 8) of both with a one between them, uniform (V,)
-    weights that make a mean over entries a mean over uniform angles, train and held (positions).
+    Attributes: rows (V, 8), each the six inputs, a one and the cosine of the light; inputs (V, 6) and cosine (V, 1),
+    views of them; uniform (V,) weights that make a mean over entries a mean over uniform angles, train and held
+    (positions).
     """
 
     def __init__(self, entries, seed):
         entries = torch.as_tensor(entries, dtype=torch.long)
         angles = grid_angles(entries)
-        self.inputs = half_difference(*angles)
-        self.cosine = cosines(*angles)[0][:, None]
-        self.rows = torch.cat([self.inputs, torch.ones_like(self.cosine), self.cosine], 1)
+        cosine = cosines(*angles)[0][:, None]
+        self.rows = torch.cat([half_difference(*angles), torch.ones_like(cosine), cosine], 1)
+        self.inputs, self.cosine = self.rows[:, :6], self.rows[:, 7:]
         # The grid's theta_h axis is quadratic, so the entries of row i stand for an interval that grows with i.
         self.uniform = 2.0 * (entries // (GRID[1] * GRID[2])).float() + 1.0
         order = torch.randperm(len(entries), generator=torch_generator(seed, "held-out entries"))
@@ -159,9 +160,9 @@ def losses(weights, values, directions, positions, widths=WIDTHS, block=1 << 10)
     middle = torch.log1p(values[probe].float() * directions.cosine[probe][:, :, None]).median(0).values[:, :, None]
     *hidden, last = stacked(weights, widths)
     for part in positions.split(block):
-        cosine = directions.rows[part, -1]
+        rows = directions.rows[part].T.contiguous()
+        x, cosine = rows[:-1], rows[-1]
         target = (values[part].permute(1, 2, 0).float() * cosine).log1p_()
-        x = directions.rows[part, :-1].T
         for layer in hidden:
             x = (layer @ x).relu_()
         found = (last[:, :-1] @ x).expm1_().clamp_min_(0).mul_(cosine).log1p_()
