@@ -3,9 +3,8 @@
 import numpy as np
 
 from neumat.brdf.categories import CATEGORIES
-from neumat.files import atomic_path
 from neumat.metrics.categories import PAPER_BOUNDARIES
-from neumat.reporting.style import COLOURS, MARKERS, MUTED, figure
+from neumat.reporting.style import COLOURS, MARKERS, MUTED, figure, save_figure
 
 _RGB = {"r": ("#D55E00", "o"), "g": ("#009E73", "s"), "b": ("#0072B2", "D")}  # colour and shape tell channels apart
 _ROW = 0.135  # inches
@@ -28,7 +27,7 @@ def statistics_by_type(table, path):
         axes[0].set_ylim(-0.8, len(values) - 0.2)
         _thresholds(axes[1])
         _channel_legend(drawn)
-        _save(drawn, path)
+        save_figure(drawn, path)
 
 
 def statistics_by_material(table, path):
@@ -50,7 +49,7 @@ def statistics_by_material(table, path):
             _families(axis, blocks)
             axis.set(xscale="log", xlabel="mean (open) and maximum (filled) reflectance, 1/sr", ylim=(rows - 0.4, -0.6))
         _channel_legend(drawn)
-        _save(drawn, path)
+        save_figure(drawn, path)
 
 
 def constrained_chart(table, path):
@@ -78,7 +77,7 @@ def constrained_chart(table, path):
         axes.set_yticks(range(len(order)), [f"{name} ({100 * share[name]:.1f} %)" for name in order])
         axes.legend(title="way", title_fontsize=8, alignment="left", loc="center left", bbox_to_anchor=(1, 0.5))
         axes.set_title("Cost, and share of the training materials")
-        _save(drawn, path)
+        save_figure(drawn, path)
 
 
 def constrained_sheet(image, message, path):
@@ -89,7 +88,7 @@ def constrained_sheet(image, message, path):
         axes.set_title(message, fontweight="normal", fontsize=7)
         if image is not None:
             axes.imshow(image)
-        _save(drawn, path)
+        save_figure(drawn, path)
 
 
 def _rows(axis, values, quantity, at=0, filled=True):
@@ -129,8 +128,3 @@ def _channel_legend(drawn):
         for name, (colour, marker) in zip(("red", "green", "blue"), _RGB.values(), strict=True)
     ]
     drawn.legend(handles=handles, loc="outside upper right", ncols=3, title_fontsize=8)
-
-
-def _save(drawn, path):
-    with atomic_path(path) as temporary:
-        drawn.savefig(temporary)

@@ -4,7 +4,7 @@ import numpy as np
 from PIL import Image
 
 from neumat.files import atomic_path
-from neumat.reporting.style import figure
+from neumat.reporting.style import figure, save_figure
 
 
 def contact_sheet(images, columns, gap=4, background=255):
@@ -36,8 +36,7 @@ def nearest_figure(sample_images, nearest_images, path, columns=6):
             axis.imshow(sheet)
             axis.set_title(title)
             axis.axis("off")
-        with atomic_path(path) as temporary:
-            drawn.savefig(temporary)
+        save_figure(drawn, path)
 
 
 def heat_map(matrix, path, rows="reference", columns="samples", title="", unit=""):
@@ -57,5 +56,4 @@ def heat_map(matrix, path, rows="reference", columns="samples", title="", unit="
         bar = drawn.colorbar(shown, ax=axes, shrink=0.9)
         bar.set_label(unit)
         bar.outline.set_visible(False)
-        with atomic_path(path) as temporary:
-            drawn.savefig(temporary)
+        save_figure(drawn, path)

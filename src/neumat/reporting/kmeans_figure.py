@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from neumat.files import atomic_path
 from neumat.metrics.categories import PAPER_BOUNDARIES
 from neumat.metrics.clusters import CLUSTERS, cluster
-from neumat.reporting.style import ACCENT, COLOURS, MARKERS, MUTED, figure
+from neumat.reporting.style import ACCENT, COLOURS, MARKERS, MUTED, figure, save_figure
 
 
 def kmeans_figure(statistics, path, seed=0):
@@ -32,5 +31,4 @@ def kmeans_figure(statistics, path, seed=0):
             axis.set_title(f"{quantity} of the red channel")
         handles, names = axes[1].get_legend_handles_labels()
         drawn.legend(handles, names, loc="outside lower center", ncols=len(names), fontsize=7)
-        with atomic_path(path) as temporary:
-            drawn.savefig(temporary)
+        save_figure(drawn, path)

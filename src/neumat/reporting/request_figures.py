@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from neumat.files import atomic_path
-from neumat.reporting.style import COLOURS, MARKERS, MUTED, figure, save_chart
+from neumat.reporting.style import COLOURS, MARKERS, MUTED, figure, save_chart, save_figure
 
 
 def request_sheet(labels, pictures, path, shown=None, groups=2):
@@ -26,8 +25,7 @@ def request_sheet(labels, pictures, path, shown=None, groups=2):
                 strip = [_framed(shown[i], strip[0].shape[0]), *strip]
             axis.imshow(np.concatenate(strip, axis=1))
             axis.set_title(label, fontsize=8, fontweight="normal", pad=2)
-        with atomic_path(path) as temporary:
-            drawn.savefig(temporary)
+        save_figure(drawn, path)
 
 
 def _framed(picture, size):

@@ -50,6 +50,12 @@ def figure(width, height, **subplots):
             plt.close(drawn)
 
 
+def save_figure(drawn, path):
+    """Write a figure as the picture `path`."""
+    with atomic_path(path) as temporary:
+        drawn.savefig(temporary)
+
+
 def save_chart(drawn, path_stem):
     """Write a figure as `path_stem`.png and .svg; the same chart gives the same files."""
     for suffix in (".png", ".svg"):
