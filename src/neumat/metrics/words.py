@@ -10,7 +10,7 @@ import numpy as np
 
 from neumat.errors import NeumatError
 
-# Upper ends of the hues of saturated colours; the words differ by lightness and chroma further (see `_word`).
+# Upper ends of the hues of saturated colours; the words differ by lightness and chroma further (see `_colour`).
 HUES = ((50, "red"), (73, "orange"), (108, "yellow"), (185, "green"), (240, "turquoise"), (307, "blue"))
 HUES += ((355, "purple"), (360, "red"))
 COLOURS = ("red", "orange", "yellow", "green", "turquoise", "blue", "purple", "pink", "brown", "beige")
@@ -31,8 +31,7 @@ GLOSS_ALSO = {"glossy": ("mirror",)}
 
 def colour_name(appearance):
     """Return the best of COLOURS for each row of `appearance`, a list of str."""
-    columns = ("lightness", "chroma", "hue", "metallic")
-    return [_word(*row) for row in appearance[list(columns)].itertuples(index=False)]
+    return _colour(*_seen(appearance)).tolist()
 
 
 def colour_right(appearance, word):
@@ -42,16 +41,12 @@ def colour_right(appearance, word):
     SYNONYMS.
     """
     word = _known(word, COLOURS, SYNONYMS)
-    accepted = {word, *ALSO.get(word, ())}
-    right = np.zeros(len(appearance), bool)
-    for lightness, chroma, hue in itertools.product((-1, 0, 1), repeat=3):
-        near = appearance.assign(
-            lightness=appearance["lightness"] + lightness * TOLERANCE["lightness"],
-            chroma=appearance["chroma"] * (1 + chroma * TOLERANCE["chroma"]),
-            hue=(appearance["hue"] + hue * TOLERANCE["hue"]) % 360,
-        )
-        right |= np.isin(colour_name(near), list(accepted))
-    return right
+    lightness, chroma, hue, metallic = _seen(appearance)
+    near = np.array([*itertools.product((-1, 0, 1), repeat=3)])[:, :, None]
+    lightness = lightness + near[:, 0] * TOLERANCE["lightness"]
+    chroma = chroma * (1 + near[:, 1] * TOLERANCE["chroma"])
+    hue = (hue + near[:, 2] * TOLERANCE["hue"]) % 360
+    return np.isin(_colour(lightness, chroma, hue, metallic), [word, *ALSO.get(word, ())]).any(0)
 
 
 def gloss_name(appearance):
@@ -101,28 +96,31 @@ def _gloss(contrast, sharp):
     return np.select(cases, GLOSS[:0:-1], GLOSS[0])
 
 
-def _word(lightness, chroma, hue, metallic):
-    """Return the name of one colour in CIELAB's lightness, chroma and hue (degrees)."""
-    if lightness < 10 or (lightness < 20 and chroma < 15):
-        return "black"
-    if metallic and lightness > 45 and chroma < 8:
-        return "silver"
-    if lightness > 75 and chroma < 10:
-        return "pink" if chroma > 7 and (hue > 330 or hue < 30) else "white"
-    if chroma < 8:
-        return "gray"
-    word = next(word for end, word in HUES if hue <= end)
-    if word in ("red", "purple") and (hue > 330 or word == "red") and lightness > 58 and chroma < 60:
-        return "pink" if hue < 35 or hue > 330 or chroma > 35 else "beige"
-    if word in ("orange", "yellow"):
-        if metallic:
-            return "gold"
-        if lightness > 65 and chroma < 30:
-            return "beige"
-        if word == "yellow" and lightness <= 60:
-            return "brown" if hue < 100 else "green"
-        if lightness <= 50 or (chroma < 40 and word == "orange"):
-            return "brown"
-    if word == "red" and chroma < 35 and 25 < hue < 60:
-        return "brown"
-    return word
+def _seen(appearance):
+    return (appearance[name].to_numpy() for name in ("lightness", "chroma", "hue", "metallic"))
+
+
+def _colour(lightness, chroma, hue, metallic):
+    """Return the names of colours in CIELAB's lightness, chroma and hue (degrees), arrays that broadcast."""
+    ends, words = zip(*HUES, strict=True)
+    word = np.array(words)[np.searchsorted(ends, hue)]
+    red, yellow, warm = word == "red", word == "yellow", np.isin(word, ("orange", "yellow"))
+    rosy = (red | (word == "purple") & (hue > 330)) & (lightness > 58) & (chroma < 60)
+    light = (lightness > 75) & (chroma < 10)
+    cases = [  # the first that holds names the colour
+        ("black", (lightness < 10) | (lightness < 20) & (chroma < 15)),
+        ("silver", metallic & (lightness > 45) & (chroma < 8)),
+        ("pink", light & (chroma > 7) & ((hue > 330) | (hue < 30))),
+        ("white", light),
+        ("gray", chroma < 8),
+        ("pink", rosy & ((hue < 35) | (hue > 330) | (chroma > 35))),
+        ("beige", rosy),
+        ("gold", warm & metallic),
+        ("beige", warm & (lightness > 65) & (chroma < 30)),
+        ("brown", yellow & (lightness <= 60) & (hue < 100)),
+        ("green", yellow & (lightness <= 60)),
+        ("brown", warm & ((lightness <= 50) | (word == "orange") & (chroma < 40))),
+        ("brown", red & (chroma < 35) & (hue > 25) & (hue < 60)),
+    ]
+    names, holds = zip(*cases, strict=True)
+    return np.select(holds, names, word)

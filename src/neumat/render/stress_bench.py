@@ -64,6 +64,7 @@ class RenderBench:
         )
         self.materials = {names[i]: weights[i] for i in chosen}
         self.matte, *_, self.mirror = self.materials
+        self._tables = {}
 
     def load(self, plugin):
         """Return the plugin of a Mitsuba dictionary or of weights (675,)."""
@@ -73,10 +74,11 @@ class RenderBench:
 
     def table(self, name):
         """Return (path, Table) of the measured material `name`, written as a MERL file."""
-        path = self.folder / f"{name}.binary"
-        if not path.exists():
+        if name not in self._tables:
+            path = self.folder / f"{name}.binary"
             self.store.materialise(self.indices[self.names.index(name)], path)
-        return path, Table(read_merl(path))
+            self._tables[name] = path, Table(read_merl(path))
+        return self._tables[name]
 
     def both(self, name, kind):
         """Return the plugin and the material, weights (675,) or Table, of the "field" or "table" `name`."""
