@@ -177,8 +177,12 @@ class Bench:
         judges = {"type": self._types, "text": self._texts, "image": self._images, "measured": self._images}
         result = judges[requests.modality](requests, weights, belongs)
         materials = self.materials(weights)
-        spread = [diversity(materials[torch.from_numpy(belongs == i)]) for i in np.unique(belongs)]
-        result["diversity"] = (np.nanmean(spread) if np.isfinite(spread).any() else np.nan, len(weights))
+        spread = {i: diversity(materials[torch.from_numpy(belongs == i)]) for i in np.unique(belongs)}
+        result["diversity"] = _finite_mean(spread.values()), len(weights)
+        if requests.modality == "type":
+            several = [i for i in spread if np.sum(self.source_types == requests.names[i]) >= SEVERAL]
+            judged = int(np.isin(belongs, several).sum())
+            result["diversity, types of several sources"] = _finite_mean(spread[i] for i in several), judged
         distance, _ = nearest_training(materials, self.training, DISTANCE)
         result["nearest training"] = (distance.median().item(), len(weights))
         return result
@@ -218,6 +222,11 @@ class Bench:
     def _images(self, requests, weights, belongs):
         rmse, _ = rendered_distance(self.sphere, weights, requests.targets[belongs])
         return {"RMSE under new light": (rmse.mean(), len(rmse))}
+
+
+def _finite_mean(values):
+    values = np.array([*values])
+    return values[np.isfinite(values)].mean() if np.isfinite(values).any() else np.nan
 
 
 def _mean(table, column):
