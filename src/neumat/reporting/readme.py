@@ -14,8 +14,8 @@ PAPERS = ["brdf_l1", "rmse", "neg_psnr", "neg_ssim"]
 CHARTS = {  # picture: what it shows
     "fit-psnr.png": "Chart 1: rendered PSNR of the fits against the seconds that one material takes",
     "fit.png": "Chart 1: held-out loss of the fits against the seconds that one material takes",
-    "sampling.png": "Chart 2: 1-NNA (RMSE) of the samples against the seconds of sampling",
-    "training.png": "Chart 2: 1-NNA (RMSE) of the samples against the seconds of training",
+    "sampling.png": "Chart 2: 1-NNA (BRDF-L1) of the samples against the seconds of sampling",
+    "training.png": "Chart 2: 1-NNA (BRDF-L1) of the samples against the seconds of training",
     "bsdf.png": "Chart 4: PSNR of pictures against their time, by how directions are drawn",
 }
 
