@@ -137,6 +137,13 @@ def projection_of(power):
     return given | {"power": float(power[1:])} if power else given
 
 
+def conditional_model(power):
+    """The conditional model of a power of the projection; the configured one's is that which serves requests."""
+    if power == config["conditional"]["projection"]["power"]:
+        return CONDITIONAL
+    return f"results/conditional/model@{power:g}.safetensors"
+
+
 def layout_of(scene):
     """The layout of a scene; its file is not an input, which would tie results to where the workflow lies."""
     try:

@@ -171,10 +171,7 @@ rule chart_guidance:
 
 rule text_ablation:
     input:
-        models=expand(
-            "results/conditional/model@{power:g}.safetensors",
-            power=config["charts"]["text_powers"],
-        ),
+        models=[conditional_model(power) for power in config["charts"]["text_powers"]],
         neumerl=NEUMERL,
         manifest=MANIFEST,
         sources=SOURCES_STORE,
