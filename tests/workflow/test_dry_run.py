@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from runner import ROOT, SMOKE, planned
+from runner import ROOT, SMOKE, planned, run
 
 RULES = [
     name
@@ -45,3 +45,9 @@ def test_one_job_per_material_can_be_asked_for(tmp_path):
     assert "fit_shard" in planned(
         tmp_path, "--", "results/neumerl/shards/10-of-10.h5", overlays=(SMOKE, tmp_path / "mine.yaml")
     )
+
+
+def test_the_ablation_tunes_no_second_model_of_the_configured_power(tmp_path):
+    done = run(tmp_path, "--dry-run", "--", "text_ablation", overlays=())
+    tuned = set(re.findall(r"output: (results/conditional/model\S*)", done.stdout + done.stderr))
+    assert tuned == {f"results/conditional/model{power}.safetensors" for power in ("", "@0", "@0.5")}
