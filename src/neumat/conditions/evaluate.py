@@ -10,6 +10,7 @@ import functools
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 import torch
 
 from neumat.augment.manifest import protocol_indices, read_manifest
@@ -81,6 +82,8 @@ class Bench:
         plain = rows[source & (rows["permutation"] == PERMUTATIONS[0])]
         self.source_types = self.table["type"][plain["base"]].to_numpy()
         self.types = TypeScorer().fit(self.weights[plain.index], self.source_types)
+        names, counts = np.unique(self.source_types, return_counts=True)
+        self.several = names[counts >= SEVERAL]
         own = rows[source]
         described = self.table["description"][own["base"]]
         self.texts = TextScorer().fit(
@@ -177,12 +180,12 @@ class Bench:
         judges = {"type": self._types, "text": self._texts, "image": self._images, "measured": self._images}
         result = judges[requests.modality](requests, weights, belongs)
         materials = self.materials(weights)
-        spread = {i: diversity(materials[torch.from_numpy(belongs == i)]) for i in np.unique(belongs)}
-        result["diversity"] = _finite_mean(spread.values()), len(weights)
+        spread = pd.Series({i: diversity(materials[torch.from_numpy(belongs == i)]) for i in np.unique(belongs)})
+        result["diversity"] = (spread.mean(), len(weights))
         if requests.modality == "type":
-            several = [i for i in spread if np.sum(self.source_types == requests.names[i]) >= SEVERAL]
+            several = spread.index[np.isin(np.array(requests.names)[spread.index], self.several)]
             judged = int(np.isin(belongs, several).sum())
-            result["diversity, types of several sources"] = _finite_mean(spread[i] for i in several), judged
+            result["diversity, types of several sources"] = (spread[several].mean(), judged)
         distance, _ = nearest_training(materials, self.training, DISTANCE)
         result["nearest training"] = (distance.median().item(), len(weights))
         return result
@@ -193,7 +196,7 @@ class Bench:
 
     def _types(self, requests, weights, belongs):
         unseen, seen = (self.by_type(requests, weights, belongs, unseen) for unseen in (True, False))
-        several = unseen["sources"] >= SEVERAL
+        several = unseen["type"].isin(self.several)
         return {
             "type right, judge has not seen it": _mean(unseen[several], "top1"),
             "type among 3, judge has not seen it": _mean(unseen[several], "top3"),
@@ -222,11 +225,6 @@ class Bench:
     def _images(self, requests, weights, belongs):
         rmse, _ = rendered_distance(self.sphere, weights, requests.targets[belongs])
         return {"RMSE under new light": (rmse.mean(), len(rmse))}
-
-
-def _finite_mean(values):
-    values = np.array([*values])
-    return values[np.isfinite(values)].mean() if np.isfinite(values).any() else np.nan
 
 
 def _mean(table, column):
