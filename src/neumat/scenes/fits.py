@@ -28,9 +28,9 @@ MOST = 1e-3  # share of all queries that a single one may stand for: paths are f
 BATCH = 512
 PROBES = 1 << 10  # queries by which units are pruned
 ANALYTIC_RATE = 0.05
-# Learning rate, and weight of each channel's mean error: mirrors need the higher rate, most others the lower; a mean
+# Learning rates, and weights of each channel's mean error: mirrors need the higher rate, most others the lower; a mean
 # error is what is seen of large even areas, but its estimate unsettles fine fits. The best run is kept.
-RUNS = ((0.004, 0.0), (0.01, 0.0), (0.004, 1.0), (0.01, 1.0))
+RATES, EVEN = (0.004, 0.01), (0.0, 1.0)
 ALPHAS = (0.004, 0.02, 0.1, 0.4)  # roughness that analytic fits start from; the best fit is kept
 
 
@@ -187,12 +187,9 @@ def fit_fields(rungs, pools, fields, steps, seed, progress=iter, judge=None):
 def _fit_width(width, pools, starts, steps, seed, judge):
     """Return the best numbers (u, n) of fields of `width` that come from any of `starts`, [(u, numbers), ...]."""
     first = [pruned(fields, pools, width) for fields in starts]
-    found = [
-        _descend([layer.clone() for layer in layers], pools, *run, steps, seed) for layers in first for run in RUNS
-    ]
-    flat = torch.stack([torch.cat([layer.flatten(1) for layer in layers], 1) for layers in found])
-    best = torch.stack([judge(numbers) for numbers in flat]).nan_to_num(torch.inf).argmin(0)
-    return flat[best, torch.arange(len(best))]
+    found = torch.cat([_descend(first, pools, rate, steps, seed) for rate in RATES])
+    best = torch.stack([judge(numbers) for numbers in found]).nan_to_num(torch.inf).argmin(0)
+    return found[best, torch.arange(len(best))]
 
 
 def _pool_loss(pools, numbers):
@@ -203,21 +200,28 @@ def _pool_loss(pools, numbers):
     return _field_loss(found, pools.values[:, at], pools.floor, 1.0)
 
 
-def _descend(layers, pools, rate, even, steps, seed):
-    """Return trained layers (u, in + 1, out), from `layers`, which change."""
-    layers = [layer.requires_grad_() for layer in layers]
+def _descend(starts, pools, rate, steps, seed):
+    """Return the trained numbers (runs, u, n) of fields that come from each of `starts`, as `pruned` gives them, with
+    each of EVEN.
+
+    All runs train side by side, on the same batches: a network this small costs little more than its operations' start.
+    """
+    runs = len(starts) * len(EVEN)
+    layers = [torch.cat([layer for layer in same for _ in EVEN]).requires_grad_() for same in zip(*starts, strict=True)]
     optimisers = [Soap(layer) for layer in layers]
     inputs = half_difference(*pools.angles)
+    even = torch.tensor(EVEN).repeat(len(starts))[:, None]
     generator = torch_generator(seed, "batches")
     schedule = {"schedule": "cosine", "learning_rate": rate}
     for step in range(steps):
         at = pools.batch(generator)
         # Values are not clamped at 0, where a channel would be stuck.
-        loss = _field_loss(_values(inputs[:, at], layers), pools.values[:, at], pools.floor, even).sum()
+        found = _values(inputs[:, at].repeat(runs, 1, 1), layers).unflatten(0, (runs, -1))
+        loss = _field_loss(found, pools.values[:, at], pools.floor, even).sum()
         now = learning_rate(step, steps, schedule)
         for optimiser, gradient in zip(optimisers, torch.autograd.grad(loss, layers), strict=True):
             optimiser.step(gradient, now)
-    return [layer.detach() for layer in layers]
+    return torch.cat([layer.detach().flatten(1) for layer in layers], 1).unflatten(0, (runs, -1))
 
 
 @torch.no_grad()

@@ -6,6 +6,7 @@ from neumat.brdf.coordinates import above_horizon, grid_angles
 from neumat.fields import fit as fit_module
 from neumat.fields.field import evaluate_inputs, log_reflectance
 from neumat.fields.fit import (
+    GROUP,
     Directions,
     first_field,
     fit,
@@ -80,9 +81,18 @@ def test_a_polish_lowers_the_loss(problem):
 def test_a_result_does_not_depend_on_its_neighbours(problem):
     directions, values, first = problem
     short = CONFIG | {"samples": 5_000}
-    together = fit(values, directions, first, short, 0)["weights"]
-    alone = fit(values[:, 1:2], directions, first, short, 0)["weights"]
-    assert torch.equal(together[1:2], alone)
+    together, alone = (fit(part, directions, first, short, 0) for part in (values, values[:, 1:2]))
+    for key in ("weights", "loss_grid", "loss_uniform"):
+        assert torch.equal(together[key][1:2], alone[key]), key
+
+
+def test_a_full_group_gives_what_short_ones_do(problem):
+    directions, values, first = problem
+    short = CONFIG | {"samples": 2_000, "polish": CONFIG["polish"] | {"samples": 2_000}}
+    many = values[:, torch.arange(GROUP) % values.shape[1]]
+    whole = fit(many, directions, first, short, 0)["weights"]
+    parts = torch.cat([fit(part, directions, first, short, 0)["weights"] for part in many.split(20, 1)])
+    assert torch.equal(whole, parts)
 
 
 def test_a_diverging_fit_is_retried_and_flagged(problem):
