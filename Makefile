@@ -3,7 +3,7 @@ PYTHON ?= python3.11
 SNAKEMAKE = .venv/bin/snakemake
 STAMP = .venv/installed
 
-.PHONY: all report charts generalisation smoke test lint embedded readme config-table
+.PHONY: all report charts generalisation smoke test test-package test-workflow lint embedded readme config-table
 
 all: $(STAMP)
 	$(SNAKEMAKE)
@@ -21,8 +21,15 @@ smoke: $(STAMP)
 	$(SNAKEMAKE) --directory results/smoke --configfile config/smoke.yaml -- smoke
 	$(SNAKEMAKE) --directory results/smoke --configfile config/smoke.yaml --report report.html -- smoke
 
+# Side by side, one core each; what a test says comes at the end of its half.
 test: $(STAMP)
-	.venv/bin/pytest
+	$(MAKE) --jobs 2 test-package test-workflow
+
+test-package: $(STAMP)
+	OMP_NUM_THREADS=1 .venv/bin/pytest tests/unit tests/contract
+
+test-workflow: $(STAMP)
+	.venv/bin/pytest tests/workflow
 
 lint: $(STAMP)
 	.venv/bin/ruff check src tests workflow/scripts
