@@ -82,13 +82,14 @@ def constrained_chart(table, path):
 
 def constrained_sheet(image, message, path):
     """Write a contact sheet, uint8 (H, W, 3), under the line that says how its search ended; None: the line alone."""
-    height = 0.3 if image is None else 7.5 * image.shape[0] / image.shape[1]
-    with figure(7.5, 0.3 + height) as (drawn, axes):
+    width = 7.5
+    rows, columns = (1, 20) if image is None else image.shape[:2]
+    with figure(width, 0.3 + width * rows / columns) as (drawn, axes):
         axes.axis("off")
         axes.set_title(message, fontweight="normal", fontsize=7)
         if image is not None:
             axes.imshow(image)
-        save_figure(drawn, path)
+        save_figure(drawn, path, dpi=columns / width)  # no larger than it is: the report has one of each category
 
 
 def _rows(axis, values, quantity, at=0, filled=True):

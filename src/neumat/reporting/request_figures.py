@@ -25,7 +25,7 @@ def request_sheet(labels, pictures, path, shown=None, groups=2):
                 strip = [_framed(shown[i], strip[0].shape[0]), *strip]
             axis.imshow(np.concatenate(strip, axis=1))
             axis.set_title(label, fontsize=8, fontweight="normal", pad=2)
-        save_figure(drawn, path)
+        save_figure(drawn, path, dpi=pictures.shape[3])  # a picture an inch: enlarged, they would fill the report
 
 
 def _framed(picture, size):

@@ -37,6 +37,7 @@ _SETTINGS = {
     "svg.hashsalt": "neumat",  # the same chart gives the same file
     "savefig.dpi": 200,
 }
+_LEAST_DPI = 100
 
 
 @contextlib.contextmanager
@@ -50,10 +51,10 @@ def figure(width, height, **subplots):
             plt.close(drawn)
 
 
-def save_figure(drawn, path):
-    """Write a figure as the picture `path`."""
+def save_figure(drawn, path, dpi=_SETTINGS["savefig.dpi"]):
+    """Write a figure as the picture `path`, at `dpi` pixels per inch, but no fewer than its type needs."""
     with atomic_path(path) as temporary:
-        drawn.savefig(temporary)
+        drawn.savefig(temporary, dpi=max(dpi, _LEAST_DPI))
 
 
 def save_chart(drawn, path_stem):

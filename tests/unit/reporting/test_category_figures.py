@@ -58,3 +58,9 @@ def test_sheet_says_how_the_search_ended(image, tmp_path):
     picture = np.asarray(Image.open(tmp_path / "x.png").convert("L"))
     assert (picture[:60] < 100).any()  # the line
     assert ((picture == 90).mean() > 0.3) == (image is not None)
+
+
+def test_sheets_of_many_pictures_are_no_larger_than_these(tmp_path):
+    """The report has a sheet of each category and may take 20 MB in all."""
+    constrained_sheet(np.full((256, 768, 3), 90, np.uint8), "plastic", tmp_path / "x.png")
+    assert Image.open(tmp_path / "x.png").size[0] == pytest.approx(768, abs=2)

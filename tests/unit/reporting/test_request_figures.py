@@ -19,6 +19,12 @@ def test_a_sheet_shows_what_was_asked_before_what_came(tmp_path):
     assert np.nonzero(red.any(0))[0][0] < np.nonzero(green.any(0))[0][0]
 
 
+def test_pictures_are_not_enlarged(tmp_path):
+    pictures = np.full((4, 5, 128, 128, 3), 90, np.uint8)
+    request_sheet(["a", "b", "c", "d"], pictures, tmp_path / "sheet.png")
+    assert Image.open(tmp_path / "sheet.png").size[0] == 2 * 5 * 128
+
+
 def test_the_guidance_chart_is_drawn_even_where_nothing_is_valid(tmp_path):
     columns = ("type_right", "colour_right", "gloss_right", "image_rmse", "diversity", "nearest", "invalid")
     table = pd.DataFrame({"guidance": [-1.0, 0.0, 4.0], **{name: [0.1, 0.5, np.nan] for name in columns}})
