@@ -21,7 +21,7 @@ smoke: $(STAMP)
 	$(SNAKEMAKE) --directory results/smoke --configfile config/smoke.yaml -- smoke
 	$(SNAKEMAKE) --directory results/smoke --configfile config/smoke.yaml --report report.html -- smoke
 
-# Side by side, one core each; what a test says comes at the end of its half.
+# The package and the workflow side by side; what fails is told at the end of either.
 test: $(STAMP)
 	$(MAKE) --jobs 2 test-package test-workflow
 
