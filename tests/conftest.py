@@ -4,10 +4,14 @@ import math
 
 import pytest
 import torch
+from hypothesis import settings
 
 from neumat.fields.layout import SIZE, unpack
 from neumat.render.variant import variant
 from neumat.stress import COLUMNS
+
+settings.register_profile("shared", deadline=None)  # other programs may stop a test at any time
+settings.load_profile("shared")
 
 
 @pytest.fixture(scope="session", autouse=True)

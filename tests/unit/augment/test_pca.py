@@ -10,7 +10,7 @@ def random_columns(n, entries, seed):
     return np.random.default_rng(seed).lognormal(size=(3 * n, entries))
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(n=st.integers(2, 5), components=st.integers(1, 8), seed=st.integers(0, 99))
 def test_projection_is_that_of_an_ordinary_pca(n, components, seed):
     columns = random_columns(n, 40, seed)

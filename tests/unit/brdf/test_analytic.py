@@ -44,7 +44,7 @@ def test_smooth_ggx_reflects_schlicks_share():
     torch.testing.assert_close(directional_albedo(GGX(0.02, f0), theta_i), expected, atol=5e-3, rtol=1e-2)
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(angle, angle, st.floats(0, math.pi))
 @pytest.mark.parametrize("material", [Lambert(0.5), GGX(0.2, 0.9), SGD.named("chrome")], ids=["lambert", "ggx", "sgd"])
 def test_reciprocal_finite_and_dark_below_the_horizon(material, theta_h, theta_d, phi_d):

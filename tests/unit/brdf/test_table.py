@@ -32,7 +32,7 @@ def test_linear_functions_of_the_grid_position_are_exact():
     torch.testing.assert_close(found, position, atol=1e-3, rtol=1e-5)
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(st.floats(0, math.pi / 2), st.floats(0, math.pi / 2), st.floats(0, math.pi))
 def test_reciprocal_bounded_and_dark_below_the_horizon(random_table, theta_h, theta_d, phi_d):
     table, _ = random_table

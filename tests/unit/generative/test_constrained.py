@@ -54,7 +54,7 @@ def test_invalid_candidates_never_reach_the_rule():
     assert found.accepted + found.invalid == found.tried == 64
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(1, 30), st.integers(1, 60), st.integers(1, 20))
 def test_never_more_than_asked_for_nor_beyond_the_budget(n, budget, batch):
     found = constrained_samples(constants, dark, n, budget, batch, seed=1)

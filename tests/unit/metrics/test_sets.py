@@ -61,7 +61,7 @@ def test_equal_distributions_give_half_and_disjoint_ones_all():
 points = st.lists(st.integers(-5, 5), min_size=1, max_size=8)  # few values, so ties are common
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(points, points, st.randoms(use_true_random=False))
 def test_bounds_order_and_scale(reference, samples, random):
     before = line_tables(reference, samples)
