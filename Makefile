@@ -26,7 +26,7 @@ test: $(STAMP)
 	$(MAKE) --jobs 2 test-package test-workflow
 
 test-package: $(STAMP)
-	OMP_NUM_THREADS=1 .venv/bin/pytest tests/unit tests/contract
+	OMP_NUM_THREADS=1 .venv/bin/pytest --ignore tests/workflow
 
 test-workflow: $(STAMP)
 	.venv/bin/pytest tests/workflow

@@ -15,7 +15,7 @@ from neumat.fields.optimisers import Adam, Soap
 from neumat.seeds import torch_generator
 
 GROUP = 68  # materials side by side: 400 make 6 groups, which fill two cores; half as many cost 1.3 times as much each
-FILL = 17  # short groups are filled up to a multiple of this
+FILL = 17  # short groups are filled up to a multiple of this, which the 34 of chart 1 are
 HELD_OUT = 0.2
 OUTLIER = 0.25  # of what a constant reflectance loses
 CANDIDATES, ROUNDS = 8, 4  # of the first field
@@ -169,6 +169,7 @@ def losses(weights, values, directions, positions, widths=WIDTHS, block=1 << 10)
         found = (last[:, :-1] @ x).expm1_().clamp_min_(0).mul_(cosine).log1p_()
         error = found.sub_(target).abs_().mean(1)
         total[0] += error.sum(1)
+        # Not a product of matrices, whose last digits depend on how many materials there are.
         total[1] += (error * directions.uniform[part]).sum(1)
         total[2] += (middle - target).abs_().mean(1).sum(1)
     uniform = directions.uniform[positions].double().sum()
