@@ -1,4 +1,4 @@
-# `make` sets everything up and makes all results; `make test` runs the tests. Needs Python 3.11 with pip.
+# `make` sets everything up and makes all results; `make test` runs the tests. ModelSelection Python 3.11 with pip.
 PYTHON ?= python3.11
 SNAKEMAKE = .venv/bin/snakemake
 STAMP = .venv/installed

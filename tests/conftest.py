@@ -8,7 +8,7 @@ from hypothesis import settings
 
 from neumat.fields.layout import SIZE, unpack
 from neumat.render.variant import variant
-from neumat.stress import COLUMNS
+from neumat.stability.stress import COLUMNS
 
 settings.register_profile("shared", deadline=None)  # other programs may stop a test at any time
 settings.load_profile("shared")

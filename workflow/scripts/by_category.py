@@ -1,8 +1,8 @@
 """The first materials found in each category, rendered by Mitsuba: M3ashy's Fig. 6."""
 
-from neumat.metrics.constrained import read_found
 from neumat.reporting.conditional import category_figure
 from neumat.stage import stage
+from neumat.studies.constrained import read_found
 
 with stage(snakemake):
     stores, params = snakemake.input, snakemake.params

@@ -4,8 +4,8 @@ import pandas as pd
 
 from neumat.brdf.types import read_types
 from neumat.files import atomic_path
-from neumat.metrics.categories import names_table, overlap_table, readings_table, source_table
 from neumat.stage import config_file, stage
+from neumat.studies.categories import names_table, overlap_table, readings_table, source_table
 
 with stage(snakemake):
     rules = snakemake.params.rules

@@ -4,11 +4,11 @@ import pandas as pd
 
 from neumat.brdf.types import read_types
 from neumat.files import atomic_path
-from neumat.metrics.categories import with_types
-from neumat.metrics.clusters import kmeans_table
 from neumat.reporting.category_figures import statistics_by_material, statistics_by_type
 from neumat.reporting.kmeans_figure import kmeans_figure
 from neumat.stage import config_file, stage
+from neumat.studies.categories import with_types
+from neumat.studies.clusters import kmeans_table
 
 with stage(snakemake):
     statistics, output = pd.read_csv(snakemake.input.sources), snakemake.output

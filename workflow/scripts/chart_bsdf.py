@@ -8,9 +8,9 @@ from neumat.augment.manifest import read_manifest
 from neumat.augment.permutations import PERMUTATIONS
 from neumat.fields.store import read_neumerl
 from neumat.files import atomic_path
-from neumat.render.noise import by_kind, noise_sweep
 from neumat.reporting.noise_chart import noise_chart
 from neumat.stage import progress, stage
+from neumat.studies.bsdf_sampling import by_kind, noise_sweep
 
 with stage(snakemake):
     rows = read_manifest(snakemake.input.manifest)[:: len(PERMUTATIONS)]

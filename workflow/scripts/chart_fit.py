@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from neumat.files import atomic_path
-from neumat.metrics.fit_sweep import sweep
 from neumat.reporting.charts import frontier_chart
 from neumat.stage import progress, stage
+from neumat.studies.fit_sweep import sweep
 
 PANELS = [("loss", "loss_grid", "min", "held-out log-cosine loss"), ("psnr", "psnr", "max", "rendered PSNR, dB")]
 

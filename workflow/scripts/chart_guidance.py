@@ -3,12 +3,12 @@
 from pathlib import Path
 
 from neumat.brdf.sources import read_sources
-from neumat.conditions.evaluate import Bench
-from neumat.conditions.sweeps import guidance_sweep
 from neumat.conditions.synthesis import Synthesiser
 from neumat.files import atomic_path
 from neumat.reporting.request_figures import guidance_chart
 from neumat.stage import config_file, progress, stage
+from neumat.studies.request_bench import Bench
+from neumat.studies.request_sweeps import guidance_sweep
 
 with stage(snakemake):
     store, p = snakemake.input, snakemake.params

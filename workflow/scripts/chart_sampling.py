@@ -5,10 +5,10 @@ from pathlib import Path
 from neumat.files import atomic_path
 from neumat.generative.dataset import training_dataset
 from neumat.generative.hyperdiffusion import HyperDiffusion
-from neumat.metrics.sampling_sweep import sweep
-from neumat.metrics.stages import Protocol
 from neumat.reporting.charts import frontier_chart
 from neumat.stage import progress, stage
+from neumat.studies.protocols import Protocol
+from neumat.studies.sampling_sweep import sweep
 
 with stage(snakemake):
     store, p, output = snakemake.input, snakemake.params, snakemake.output

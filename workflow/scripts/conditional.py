@@ -5,12 +5,12 @@ import json
 import h5py
 
 from neumat.brdf.sources import read_sources
-from neumat.conditions.comparison import compare
-from neumat.conditions.evaluate import Bench
 from neumat.conditions.synthesis import Synthesiser
 from neumat.files import atomic_path
 from neumat.reporting.conditional import FIGURES, request_figure
 from neumat.stage import config_file, progress, stage
+from neumat.studies.request_bench import Bench
+from neumat.studies.requests import compare
 
 with stage(snakemake):
     store, p, output = snakemake.input, snakemake.params, snakemake.output

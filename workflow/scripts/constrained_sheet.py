@@ -1,9 +1,9 @@
 """The materials found in one category, rendered by Mitsuba, under the line that says how the search ended."""
 
-from neumat.metrics.constrained import read_found
 from neumat.render.mitsuba_scene import render_grid
 from neumat.reporting.category_figures import constrained_sheet
 from neumat.stage import stage
+from neumat.studies.constrained import read_found
 
 COLUMNS = 6
 

@@ -3,11 +3,11 @@
 import pandas as pd
 
 from neumat.files import atomic_path
-from neumat.metrics.constrained import constrained_table
 from neumat.metrics.novelty import NOVELTY_ENTRIES
-from neumat.metrics.stages import Protocol
 from neumat.reporting.category_figures import constrained_chart
 from neumat.stage import stage
+from neumat.studies.constrained import constrained_table
+from neumat.studies.protocols import Protocol
 
 PICTURES = 16  # pixels; none is drawn
 

@@ -1,8 +1,8 @@
 """Render every base material from its table and from its field, and compare."""
 
 from neumat.files import atomic_path
-from neumat.metrics.fit_quality import fit_quality, fit_summary
 from neumat.stage import progress, stage
+from neumat.studies.fit_quality import fit_quality, fit_summary
 
 with stage(snakemake):
     store = snakemake.input

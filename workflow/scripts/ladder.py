@@ -7,9 +7,9 @@ from neumat.augment.permutations import PERMUTATIONS
 from neumat.augment.store import AugMerl
 from neumat.fields.store import read_neumerl
 from neumat.files import atomic_path
-from neumat.render.noise import by_kind
-from neumat.scenes.ladder import ladder_table
 from neumat.stage import progress, stage
+from neumat.studies.bsdf_sampling import by_kind
+from neumat.studies.ladder import ladder_table
 
 with stage(snakemake):
     rows = read_manifest(snakemake.input.manifest)[:: len(PERMUTATIONS)]

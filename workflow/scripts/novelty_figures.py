@@ -2,9 +2,9 @@
 
 from neumat.metrics.distances import between
 from neumat.metrics.novelty import nearest_training
-from neumat.metrics.stages import Protocol
 from neumat.reporting.figures import heat_map, nearest_figure
 from neumat.stage import stage
+from neumat.studies.protocols import Protocol
 
 SHOWN = 36
 

@@ -4,7 +4,7 @@ from neumat.render.mitsuba_scene import bsdf
 from neumat.reporting.figures import save_image
 from neumat.scenes.compose import compose
 from neumat.scenes.materials import Materials
-from neumat.scenes.needs import layout_materials
+from neumat.scenes.model_selection import layout_materials
 from neumat.scenes.pictures import render, shown, without_fireflies
 from neumat.stage import progress, stage
 

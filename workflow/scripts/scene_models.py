@@ -2,13 +2,13 @@
 
 from neumat.files import atomic_path
 from neumat.scenes.materials import Materials
-from neumat.scenes.needs import Needs, layout_materials
+from neumat.scenes.model_selection import ModelSelection, layout_materials
 from neumat.stage import progress, stage
 
 with stage(snakemake):
     store, params = snakemake.input, snakemake.params
     found = layout_materials(params.layout, Materials(store.neumerl, store.manifest, store.samples))
-    needs = Needs(params.layout, found, params.settings, params.seed, progress)
+    needs = ModelSelection(params.layout, found, params.settings, params.seed, progress)
     for table, path in ((needs.table(), snakemake.output.models), (needs.fits(), snakemake.output.fits)):
         table.insert(0, "scene", snakemake.wildcards.scene)
         with atomic_path(path) as temporary:

@@ -1,8 +1,8 @@
 """Score one method's samples, or draws of the training set, against the held-out and the training materials."""
 
 from neumat.files import atomic_path
-from neumat.metrics.stages import Protocol, score_method
 from neumat.stage import stage
+from neumat.studies.protocols import Protocol, score_method
 
 with stage(snakemake):
     store, params, names = snakemake.input, snakemake.params, snakemake.wildcards

@@ -2,13 +2,13 @@
 
 import torch
 
-from neumat.conditions.stability import stability_table
-from neumat.conditions.stress_bench import StressBench
 from neumat.conditions.synthesis import Synthesiser
 from neumat.files import atomic_path
 from neumat.metrics.novelty import NOVELTY_ENTRIES
-from neumat.metrics.stages import Protocol
+from neumat.stability.request_bench import StressBench
+from neumat.stability.requests import stability_table
 from neumat.stage import progress, stage
+from neumat.studies.protocols import Protocol
 
 PICTURES = 16  # pixels; none is drawn
 

@@ -10,8 +10,8 @@ from neumat.augment.permutations import PERMUTATIONS
 from neumat.augment.store import AugMerl
 from neumat.fields.store import read_neumerl
 from neumat.files import atomic_path
-from neumat.render.stability import stability_table
-from neumat.render.stress_bench import RenderBench
+from neumat.stability.render_bench import RenderBench
+from neumat.stability.rendering import stability_table
 from neumat.stage import progress, stage
 
 with stage(snakemake):

@@ -3,11 +3,11 @@
 import pandas as pd
 
 from neumat.brdf.sources import read_sources
-from neumat.conditions.evaluate import Bench
-from neumat.conditions.sweeps import text_row
 from neumat.conditions.synthesis import Synthesiser
 from neumat.files import atomic_path
 from neumat.stage import config_file, progress, stage
+from neumat.studies.request_bench import Bench
+from neumat.studies.request_sweeps import text_row
 
 with stage(snakemake):
     store, p = snakemake.input, snakemake.params

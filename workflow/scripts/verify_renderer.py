@@ -8,8 +8,8 @@ from neumat.fields.field import evaluate
 from neumat.fields.store import read_neumerl
 from neumat.files import atomic_path
 from neumat.render.sphere import FrozenSphere
-from neumat.render.verify import verify
 from neumat.stage import stage
+from neumat.studies.renderers import verify
 
 with stage(snakemake):
     params = snakemake.params

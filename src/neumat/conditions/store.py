@@ -13,11 +13,11 @@ from neumat.augment.permutations import PERMUTATIONS, channel_order
 from neumat.brdf.types import read_types, type_names, type_rows
 from neumat.conditions.encoders import make_encoder
 from neumat.conditions.photos import augmented, lighting
+from neumat.conditions.prompts import read_prompts
 from neumat.conditions.texts import captions, thing_of
 from neumat.fields.store import read_neumerl
 from neumat.files import atomic_path, open_store
 from neumat.metrics.appearance import appearance
-from neumat.metrics.prompts import read_prompts
 from neumat.metrics.words import colour_name, gloss_name
 from neumat.render.sphere import FrozenSphere, radiance_fields
 

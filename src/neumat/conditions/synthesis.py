@@ -5,20 +5,20 @@ import logging
 
 import torch
 
+from neumat.conditions.appearance import AppearanceRegression, rendered_appearance
 from neumat.conditions.descriptions import Descriptions
+from neumat.conditions.diversity import most_different
 from neumat.conditions.encoders import encoder_of
-from neumat.conditions.looks import Looks, looks
 from neumat.conditions.photos import check_picture, read_photo
 from neumat.conditions.projection import Projection
 from neumat.conditions.store import AZIMUTHS, RINGS, SIZE
-from neumat.conditions.variety import most_different
 from neumat.errors import NeumatError
 from neumat.generative.conditional import ConditionalDiffusion
 from neumat.render.sphere import FrozenSphere, render_fields
 
 FARTHEST = 0.5  # cosine to the nearest training caption, below which a text is not about materials
 CANDIDATES = 16
-NEEDED = {"captions", "weights", "looks", "look.kernel"}  # beside the networks, in a checkpoint
+NEEDED = {"captions", "weights", "rendered", "appearance.kernel"}  # beside the networks, in a checkpoint
 GUIDANCE = {"type": 2.0, "category": 0.0, "text": 1.0, "image": 0.0}
 TOLD = {"text", "image"}  # modalities by which candidates can be told apart
 CHOOSY = 4  # one in so many candidates is a good answer, of which the most different are served
@@ -41,9 +41,10 @@ class Synthesiser:
         self.types, self.categories = model.notes["types"], model.notes["categories"]
         extra = dict(model.extra)
         self.captions, self.weights = extra.pop("captions"), extra.pop("weights")
-        self.looks = extra.pop("looks").float()
-        self.look = Looks(
-            {name.removeprefix("look."): extra.pop(name) for name in list(extra) if name.startswith("look.")}
+        self.rendered = extra.pop("rendered").float()
+        state = {name: extra.pop(name) for name in list(extra) if name.startswith("appearance.")}
+        self.appearance = AppearanceRegression(
+            {name.removeprefix("appearance."): value for name, value in state.items()}
         )
         self.projection = Projection(model.notes["encoder"], extra)
         self.encoder = encoder_of(model.notes["encoder"])
@@ -123,7 +124,7 @@ class Synthesiser:
     def alike(self, features):
         """Return the positions (r, N) among `weights` of the training materials, those first that look most like what
         each of the encoded pictures (r, i) shows."""
-        return torch.cdist(self.look(features), self.looks).argsort(1)
+        return torch.cdist(self.appearance(features), self.rendered).argsort(1)
 
     def best(self, weights, asked, n):
         """Return n (r, n, 675) of the candidates (r, m, 675) of each of r requests, {modality: rows (r, size), as
@@ -137,7 +138,8 @@ class Synthesiser:
             return weights[:, :n]
         fields, rows = weights.flatten(0, 1), torch.arange(len(weights))[:, None]
         if asked.keys() == {"image"}:
-            unlike = (looks(fields).view(*weights.shape[:2], -1) - self.look(asked["image"])[:, None]).square().mean(2)
+            shown = rendered_appearance(fields).view(*weights.shape[:2], -1)
+            unlike = (shown - self.appearance(asked["image"])[:, None]).square().mean(2)
             each = unlike.view(len(weights), n, -1)
             return weights[rows, each.argmin(2) + torch.arange(n) * each.shape[2]]
         edge = self.camera.size // EDGE

@@ -7,7 +7,7 @@ from torch.nn.functional import normalize
 
 from neumat.augment.manifest import protocol_indices, read_manifest
 from neumat.brdf.categories import CATEGORIES, categorise
-from neumat.conditions.looks import Looks, looks
+from neumat.conditions.appearance import AppearanceRegression, rendered_appearance
 from neumat.conditions.projection import Projection
 from neumat.conditions.store import read_conditions
 from neumat.fields.store import read_neumerl
@@ -40,10 +40,11 @@ def training_conditions(conditions, projection, category, train):
 
 def for_requests(projection, captions, weights, images):
     """Return the tensors that a Synthesiser needs beside the networks: the Projection, captions (m, t), as encoded, and
-    the training materials (n, 675) with their looks and what tells these from encoded pictures (n, a, i)."""
-    seen = looks(weights)
-    told = {f"look.{name}": value for name, value in Looks.fit(images, seen).state.items()}
-    return projection.state | told | {"captions": captions, "weights": weights, "looks": seen.half()}
+    the training materials (n, 675) with their rendered appearance and the regression that predicts it from encoded
+    pictures (n, a, i)."""
+    seen = rendered_appearance(weights)
+    told = {f"appearance.{name}": value for name, value in AppearanceRegression.fit(images, seen).state.items()}
+    return projection.state | told | {"captions": captions, "weights": weights, "rendered": seen.half()}
 
 
 def tune(paths, tuning, rules, sampling, seed, progress, checkpoint):

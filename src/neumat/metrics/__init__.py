@@ -1,1 +1,1 @@
-"""Distances between materials and between sets of materials."""
+"""Distances, set metrics and appearance: pure functions of materials and pictures."""

@@ -7,7 +7,7 @@ import torch
 
 from neumat.errors import NeumatError
 from neumat.metrics.distances import Comparison, distance_tables
-from neumat.metrics.fit_quality import compare_pictures
+from neumat.metrics.pictures import compare_pictures
 from neumat.render.scene import Light, environment
 from neumat.render.sphere import render_fields
 

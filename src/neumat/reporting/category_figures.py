@@ -3,8 +3,8 @@
 import numpy as np
 
 from neumat.brdf.categories import CATEGORIES
-from neumat.metrics.categories import PAPER_BOUNDARIES
 from neumat.reporting.style import COLOURS, MARKERS, MUTED, figure, save_figure
+from neumat.studies.categories import PAPER_BOUNDARIES
 
 _RGB = {"r": ("#D55E00", "o"), "g": ("#009E73", "s"), "b": ("#0072B2", "D")}  # colour and shape tell channels apart
 _ROW = 0.135  # inches

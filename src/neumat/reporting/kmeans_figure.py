@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from neumat.metrics.categories import PAPER_BOUNDARIES
-from neumat.metrics.clusters import CLUSTERS, cluster
 from neumat.reporting.style import ACCENT, COLOURS, MARKERS, MUTED, figure, save_figure
+from neumat.studies.categories import PAPER_BOUNDARIES
+from neumat.studies.clusters import CLUSTERS, cluster
 
 
 def kmeans_figure(statistics, path, seed=0):

@@ -4,7 +4,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 
 from neumat.reporting.style import ACCENT, COLOURS, MARKERS, figure, save_chart
 
-# Of `neumat.render.noise.noise_sweep`, in the legend's order.
+# Of `neumat.studies.bsdf_sampling.noise_sweep`, in the legend's order.
 LABELS = {
     "uniform": "uniform",
     "cosine": "cosine",

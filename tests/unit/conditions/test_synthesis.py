@@ -6,8 +6,8 @@ import pytest
 import torch
 from torch.nn.functional import normalize
 
+from neumat.conditions.appearance import rendered_appearance
 from neumat.conditions.descriptions import Descriptions
-from neumat.conditions.looks import looks
 from neumat.conditions.synthesis import GUIDANCE, Synthesiser, scale
 from neumat.errors import NeumatError
 from neumat.generative.conditional import MODALITIES
@@ -48,12 +48,12 @@ RED, GREEN, BLUE = (0.5, 0.05, 0.05), (0.05, 0.5, 0.05), (0.05, 0.05, 0.5)
 
 @pytest.fixture
 def judging():
-    """A Synthesiser without a model; embeddings are the pictures' mean colours, looks are told as encoded."""
+    """A Synthesiser without a model; embeddings are the pictures' mean colours, appearance is predicted as encoded."""
     synthesiser = Synthesiser.__new__(Synthesiser)
     synthesiser.camera = FrozenSphere(48, 16, 32)
     synthesiser.images = lambda pictures: normalize(pictures.float().mean((1, 2)), dim=1)
     synthesiser.embed = lambda asked: asked
-    synthesiser.look = lambda features: features
+    synthesiser.appearance = lambda features: features
     return synthesiser
 
 
@@ -66,7 +66,7 @@ def wordless(judging):
 def test_each_request_gets_those_of_its_candidates_whose_pictures_fit(judging, lambert):
     weights = lambert(RED, GREEN, BLUE, GREEN, BLUE, RED).view(2, 3, -1)
     text = normalize(torch.tensor([GREEN, BLUE]), dim=1)
-    for asked in ({"text": text}, {"image": looks(lambert(GREEN, BLUE))}, {"text": text, "image": text}):
+    for asked in ({"text": text}, {"image": rendered_appearance(lambert(GREEN, BLUE))}, {"text": text, "image": text}):
         found = wordless(judging).best(weights, asked, 1)
         assert torch.equal(found, lambert(GREEN, BLUE)[:, None])
     assert torch.equal(judging.best(weights, {"type": torch.ones(2, 1)}, 2), weights[:, :2])
@@ -83,8 +83,8 @@ def test_of_good_answers_to_a_text_the_different_ones_are_served(judging, lamber
 def test_answers_to_a_picture_begin_with_different_materials_that_look_like_it(judging, lambert):
     dim, dark = (0.4, 0.04, 0.04), (0.25, 0.025, 0.025)
     judging.weights = lambert(BLUE, dark, RED, GREEN, dim)
-    judging.looks = looks(judging.weights)
-    asked = {"image": looks(lambert(RED, BLUE))}
+    judging.rendered = rendered_appearance(judging.weights)
+    asked = {"image": rendered_appearance(lambert(RED, BLUE))}
     fields, level = judging.start(asked, 2, 3)
     fields = fields.view(2, 2, 3, -1)
     assert torch.equal(fields[0], lambert(RED, dim)[:, None].expand(-1, 3, -1))
@@ -98,7 +98,7 @@ def test_answers_to_a_picture_begin_with_different_materials_that_look_like_it(j
 def test_of_each_materials_variants_the_most_like_the_picture_is_served(judging, lambert):
     dim = (0.4, 0.04, 0.04)
     weights = lambert(BLUE, dim, GREEN, GREEN, RED, BLUE)[None]
-    found = judging.best(weights, {"image": looks(lambert(RED))}, 2)
+    found = judging.best(weights, {"image": rendered_appearance(lambert(RED))}, 2)
     assert torch.equal(found[0], lambert(dim, RED))
 
 

@@ -8,7 +8,7 @@ from neumat.brdf.statistics import F_DIFFUSE
 from neumat.errors import NeumatError
 from neumat.fields.layout import SIZE
 from neumat.generative.constrained import InCategory, constrained_samples, summary, write_found
-from neumat.metrics.constrained import read_found
+from neumat.studies.constrained import read_found
 
 RULES = {
     "f_diffuse": F_DIFFUSE,

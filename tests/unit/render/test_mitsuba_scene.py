@@ -10,8 +10,8 @@ from neumat.render import mitsuba_scene as ms
 from neumat.render import scene
 from neumat.render.sphere import FrozenSphere
 from neumat.render.variant import variant
-from neumat.render.verify import verify
 from neumat.seeds import torch_generator
+from neumat.studies.renderers import verify
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,81 @@
+"""What synthesis on demand is stressed on, and what is measured of its answers."""
+
+import torch
+
+from neumat.brdf.coordinates import grid_angles
+from neumat.fields.field import evaluate
+from neumat.fields.validity import valid
+from neumat.metrics.alignment import diversity
+from neumat.metrics.appearance import appearance
+from neumat.metrics.materials import MaterialSet
+from neumat.metrics.novelty import nearest_training
+from neumat.metrics.words import COLOURS, colour_right, gloss_right
+from neumat.stability.stress import ANEW, UNNEEDED, Answer, attempt
+
+N, RAW = 16, 64  # samples of a request; raw draws at a setting
+CANDIDATES = 1  # of which a sample is the best: with more, those that were no valid BRDF could not be told
+DISTANCE = "brdf_l1_log"
+
+
+class StressBench:
+    """A Synthesiser, and what its samples are measured with.
+
+    entries: flat indices of the MERL grid, and training: fields (n, 675), for distances. guidance: the usual scales,
+    {modality: scale}.
+    """
+
+    def __init__(self, synthesiser, entries, training, guidance, seed):
+        self.synthesiser, self.entries, self.guidance, self.seed = synthesiser, entries, guidance, seed
+        self.training = self._materials(training)
+
+    def ask(self, words=(), **request):
+        """Return the Answer to a request; words: judged on the samples."""
+        return self.answer(*self.synthesiser.synthesise(N, self.seed, self.guidance, CANDIDATES, **request), words)
+
+    def answer(self, weights, drawn, words=()):
+        """Return the Answer that the `sample` of a model gave: not right where a sample is no valid BRDF."""
+        good = valid(weights)
+        found = f"{int(good.sum())} valid of {drawn} drawn{self.measured(weights[good], words)}"
+        return Answer(found, bool(good.all()), ANEW if drawn > len(weights) else UNNEEDED)
+
+    def measured(self, weights, words=()):
+        """Return in words, of valid fields (n, 675): diversity, median distance to the nearest training material (both
+        mean |log(1 + f) - log(1 + f')|), and for how many each word is true. Empty without any."""
+        if not len(weights):
+            return ""
+        materials, seen = self._materials(weights), appearance(weights)
+        nearest = nearest_training(materials, self.training, DISTANCE)[0].median()
+        judged = [(word, colour_right if word in COLOURS else gloss_right) for word in words]
+        shares = [f", {word} {right(seen, word).mean():.0%}" for word, right in judged]
+        return f", diversity {diversity(materials):.3f}, nearest training {nearest:.3f}" + "".join(shares)
+
+    def setting(self, guidance=None, model=None, text="red", within=None):
+        """Return the Answer of another guidance or model to a colour word, and how far its raw draws are from the usual
+        ones of the same noise; not right where that is beyond `within`, mean |log(1 + f) - log(1 + f')|."""
+        usual, request = self.synthesiser.model, self.synthesiser.request(text=text)
+        model, usually = model or usual, self.guidance["text"]
+        guidance = usually if guidance is None else guidance
+        raw = model.draw(RAW, self.seed, request, guidance)
+        reference = usual.draw(RAW, self.seed, request, usually)
+        good = valid(raw)
+        both = good & valid(reference)
+        f, g = (self._materials(weights[both]).brdf for weights in (raw, reference))
+        mean = (f.log1p() - g.log1p()).abs().mean().item()  # NaN where none is left, and then not within anything
+        answer = attempt(lambda: self.answer(*model.sample(N, self.seed, request, guidance)))
+        found = f"raw: {(~good).sum() / len(raw):.0%} invalid{self.measured(raw[good], [text])}"
+        found += f"; from the usual: mean {mean:.2g}"
+        found += f", largest {(f - g).abs().max():.2g} / sr" if both.any() else ""
+        return Answer(
+            f"{found}; then {answer.found}", answer.right and (within is None or mean <= within), answer.guard
+        )
+
+    def repeated(self, seed):
+        """Return the Answer to a text under a seed; not right where a second time differs."""
+        (weights, drawn), (again, _) = (
+            self.synthesiser.synthesise(N, seed, self.guidance, CANDIDATES, text="red") for _ in range(2)
+        )
+        answer = self.answer(weights, drawn)
+        return answer._replace(right=answer.right and torch.equal(weights, again))
+
+    def _materials(self, weights):
+        return MaterialSet(self.entries, evaluate(weights, *grid_angles(self.entries)))

@@ -1,0 +1,152 @@
+"""Where synthesis on demand breaks: requests and settings at their limits, and which guard catches what.
+
+Every stress says what must happen; what does happen stands beside it, measured on what was sampled.
+"""
+
+import copy
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from neumat.conditions.photos import read_photo
+from neumat.generative.samplers import EVALUATIONS
+from neumat.generative.training import device
+from neumat.stability.odd_images import BLUE, BROKEN, RED, UNUSUAL, ball
+from neumat.stability.request_bench import CANDIDATES, N
+from neumat.stability.stress import ANEW, REFUSED, UNNEEDED, WARNED, Answer, Stress, refused, stress_table
+
+SAMPLED = (UNNEEDED, ANEW)
+CLOSE = 4  # mean difference of 8-bit values, below which two files show the same picture
+ROUNDING = 0.01  # of bfloat16: mean |log(1 + f) - log(1 + f')|, far below what samples differ by
+SAMPLES = "valid samples"
+
+
+def stability_table(bench, progress=iter):
+    """Return the `stress_table` of a StressBench; guards may also be "drawn anew", what was no valid BRDF."""
+    with tempfile.TemporaryDirectory() as folder:
+        return stress_table(stresses(bench, Path(folder)), folder, progress)
+
+
+def stresses(bench, folder):
+    """Yield every Stress of a Bench; images are written to `folder`, a Path."""
+    yield from _settings(bench)
+    yield from _texts(bench)
+    yield from _images(bench, folder)
+    yield from _conditions(bench)
+    yield from _numbers(bench)
+
+
+def _settings(bench):
+    model = bench.synthesiser.model
+    yield Stress("guidance -1", f"exactly the unconditional model; {SAMPLES}", SAMPLED, lambda: _unconditional(bench))
+    for guidance in sorted({bench.guidance["text"], 2, 5, 10, 20}):
+        yield Stress(f"guidance {guidance:g}", f"{SAMPLES} or one line", (*SAMPLED, REFUSED),
+                     lambda guidance=guidance: bench.setting(guidance))  # fmt: skip
+    for guidance in (-1.5, float("nan"), float("inf")):
+        yield refused(f"guidance {guidance}", "a finite number of at least -1",
+                       lambda guidance=guidance: bench.setting(guidance))  # fmt: skip
+    for steps in (1, 2, 3, 4, 5):
+        few = altered(model, nfe=steps * EVALUATIONS[model.base.sampler])
+        yield Stress(f"sampling steps: {steps}", f"{SAMPLES} (of 2 steps at least) or one line",
+                     (*SAMPLED, REFUSED), lambda few=few: bench.setting(model=few))  # fmt: skip
+    low = altered(model, integrate=lambda denoise, *rest: model.base.integrate(_bfloat16(denoise), *rest))
+    yield Stress("networks in bfloat16", f"within {ROUNDING} of float32; {SAMPLES}", SAMPLED,
+                 lambda: bench.setting(model=low, within=ROUNDING))  # fmt: skip
+
+
+def _unconditional(bench):
+    model, answer = bench.synthesiser.model, bench.setting(-1)
+    raw = model.draw(N, bench.seed, bench.synthesiser.request(text="red"), -1)
+    same = torch.equal(raw, torch.from_numpy(model.base.sample(N, bench.seed)))
+    return answer._replace(right=answer.right and same)
+
+
+def altered(model, **attributes):
+    """Return a ConditionalDiffusion like `model`, with other attributes of its base."""
+    result, result.base = copy.copy(model), copy.copy(model.base)
+    vars(result.base).update(attributes)
+    return result
+
+
+def _bfloat16(denoise):
+    def low(x, sigma, rows):
+        with torch.autocast(device().type, torch.bfloat16):
+            return denoise(x, sigma, rows).float()
+
+    return low
+
+
+def _texts(bench):
+    for name, text, part in (
+        ("empty", "", "an empty text"),
+        ("blank", " \t\n ", "an empty text"),
+        ("a number", 5, "words"),
+        ("not Unicode", "caf\udce9", "Unicode"),
+    ):
+        yield refused(f"text: {name}", part, lambda text=text: bench.ask(text=text))
+    for name, text, part in (
+        ("10,000 words", "a bright red plastic " * 2500, "first 128 words"),
+        ("German", "rotes Plastik", "unlike any description"),
+        ("Japanese", "赤いプラスチック", "unlike any description"),
+        ("nonsense", "xqzv blorptang", "unlike any description"),
+        ("about something else", "how do I file my taxes", "unlike any description"),
+        ("letters that cannot be seen", "\u200b", "unlike any description"),
+    ):
+        yield Stress(f"text: {name}", f"one line: {part}; {SAMPLES}", (WARNED,),
+                     lambda text=text: bench.ask(["red"], text=text), part)  # fmt: skip
+
+
+def _images(bench, folder):
+    def unusual(path, write, mode):
+        write(path)
+        plain = ball(RED).convert(mode).convert("RGB")
+        off = np.abs(read_photo(path).numpy() - np.asarray(plain, float)).mean()
+        answer = bench.ask(["red"], image=path)
+        return Answer(f"{off:.1f} of 255 off, {answer.found}", answer.right and off < CLOSE, answer.guard)
+
+    def broken(path, write):
+        write(path)
+        return bench.ask(image=path)
+
+    for name, (file, write, mode) in UNUSUAL.items():
+        yield Stress(f"image: {name}", f"read as the plain picture; {SAMPLES}", SAMPLED,
+                     lambda path=folder / file, write=write, mode=mode: unusual(path, write, mode))  # fmt: skip
+    for name, (file, write, part) in BROKEN.items():
+        yield refused(f"image: {name}", part, lambda path=folder / file, write=write: broken(path, write))
+    yield refused("image: floats in memory", "uint8", lambda: bench.ask(image=torch.rand(64, 64, 3)))
+
+
+def _conditions(bench):
+    red, blue = (torch.from_numpy(np.array(ball(colour))) for colour in (RED, BLUE))
+    noise = torch.from_numpy(np.random.default_rng(0).integers(0, 256, (64, 64, 3), np.uint8))
+    every = {"type": "plastic", "category": "plastic", "text": "red plastic", "image": red}
+    yield refused("unknown type", "one of", lambda: bench.ask(type="wombat"))
+    yield refused("unknown category", "one of", lambda: bench.ask(category="wombat"))
+    for name, words, request in (
+        ("nothing asked for", (), {}),
+        ("image of noise", (), {"image": noise}),
+        ("type felt, text mirror", ("matte", "mirror"), {"type": "felt", "text": "mirror"}),
+        ("text red, image blue", ("red", "blue"), {"text": "red", "image": blue}),
+        ("type, category, text and image that agree", ("red",), every),
+        ("type, category, text and image that do not", ("red", "blue"), every | {"category": "mirror", "image": blue}),
+    ):
+        yield Stress(name, SAMPLES, SAMPLED, lambda words=words, request=request: bench.ask(words, **request))
+
+
+def _numbers(bench):
+    def scaled(factor):
+        request = {"text": bench.synthesiser.request(text="red")["text"] * factor}
+        return bench.answer(*bench.synthesiser.model.sample(N, bench.seed, request, bench.guidance["text"]))
+
+    def counted(n):
+        return bench.answer(*bench.synthesiser.synthesise(n, bench.seed, bench.guidance, CANDIDATES, text="red"))
+
+    for factor in (float("nan"), float("inf")):
+        yield refused(f"request row times {factor}", "finite numbers", lambda factor=factor: scaled(factor))
+    yield Stress("request row times 1e6", f"{SAMPLES} or one line", (*SAMPLED, REFUSED), lambda: scaled(1e6))
+    for n in (0, -1):
+        yield refused(f"{n} samples", "at least 1 sample", lambda n=n: counted(n))
+    for name, seed in (("0", 0), ("-1", -1), ("2 ** 70", 2**70)):
+        yield Stress(f"seed {name}", f"{SAMPLES}, twice the same", SAMPLED, lambda seed=seed: bench.repeated(seed))

@@ -1,0 +1,1 @@
+"""What only tables and charts need: comparisons, judges, speed-accuracy sweeps."""

@@ -1,0 +1,232 @@
+"""What is asked of samples on demand, and who judges how well they follow.
+
+No judge here shares anything with the encoders or the generative model (`metrics.appearance`, `type_scorer`,
+`text_scorer`, `alignment`). Captions, and what the best candidates are told by, take their words for colour and gloss
+from where the judge does: colour and gloss of "best of k" show what is served, those without what the model knows.
+Requests are the types, the unseen prompts, and pictures of held-out materials.
+"""
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+import torch
+
+from neumat.augment.manifest import protocol_indices, read_manifest
+from neumat.augment.permutations import PERMUTATIONS
+from neumat.brdf.coordinates import grid_angles
+from neumat.brdf.types import read_types
+from neumat.conditions.photos import augmented, lighting
+from neumat.conditions.prompts import read_prompts
+from neumat.conditions.store import AZIMUTHS, RINGS, SIZE, read_conditions
+from neumat.conditions.training import PROTOCOL
+from neumat.fields.field import evaluate
+from neumat.fields.store import read_neumerl
+from neumat.metrics.alignment import diversity, new_environment, rendered_distance
+from neumat.metrics.appearance import appearance
+from neumat.metrics.materials import MaterialSet, metric_entries
+from neumat.metrics.novelty import NOVELTY_ENTRIES, nearest_training
+from neumat.metrics.words import colour_right, gloss_right, says
+from neumat.render.scene import to_srgb8
+from neumat.render.sphere import FrozenSphere, radiance_fields
+from neumat.seeds import numpy_generator
+from neumat.studies.measured import measured_pictures
+from neumat.studies.text_scorer import TextScorer, material_texts, retrieval_rank
+from neumat.studies.type_scorer import TypeScorer, accuracies
+
+PICTURE_SIZE = 96  # pixels of the pictures under new lighting
+DISTANCE = "brdf_l1_log"
+UNSEEN = 50  # number of a lighting that no training picture has
+SEVERAL = 2  # sources of a type, from which a judge that has not seen the nearest one can know the type
+
+
+@dataclass(frozen=True)
+class Requests:
+    """What is asked of a method: `modality`; `names` (r,) of the requests; `encoded` {the modality as the model knows
+    it: rows (r, size)}, see `Synthesiser.encode`, and `embedded`, the same as the model takes them; for images
+    `targets`, the fields shown (r, 675) or their pictures under the judge's light, and `shown` (r, H, W, 3) uint8, what
+    was asked with."""
+
+    modality: str
+    names: list
+    encoded: dict
+    embedded: dict
+    targets: torch.Tensor | None = None
+    shown: torch.Tensor | None = None
+
+    def __len__(self):
+        return len(self.names)
+
+    def each(self, n):
+        """Return {modality: (r n, size)}: every request n times in a row, as the model takes them."""
+        return {name: rows.repeat_interleave(n, 0) for name, rows in self.embedded.items()}
+
+
+class Bench:
+    """The requests and the judges of one evaluation. paths: neumerl, manifest, sources, types, prompts, conditions.
+
+    synthesiser: its encoders and projection make the requests. entries: of the valid MERL entries. images: how many
+    held-out materials are shown. measured: a folder of RGL files that are shown too, or None.
+    """
+
+    def __init__(self, paths, synthesiser, entries, images, measured, seed):
+        self.seed, self.synthesiser, self.measured = seed, synthesiser, measured
+        rows, self.table = read_manifest(paths["manifest"]), read_types(paths["types"])
+        self.weights = read_neumerl(paths["neumerl"]).weights
+        self.conditions = read_conditions(paths["conditions"])
+        self.train, self.reference = protocol_indices(rows, PROTOCOL)
+        source = (rows["parent_a"] == rows["parent_b"]) & rows["base"].isin(self.table.index)
+        self.families = dict(zip(self.table["type"], self.table["family"], strict=True))
+
+        plain = rows[source & (rows["permutation"] == PERMUTATIONS[0])]
+        self.source_types = self.table["type"][plain["base"]].to_numpy()
+        self.types = TypeScorer().fit(self.weights[plain.index], self.source_types)
+        names, counts = np.unique(self.source_types, return_counts=True)
+        self.several = names[counts >= SEVERAL]
+        own = rows[source]
+        described = self.table["description"][own["base"]]
+        self.texts = TextScorer().fit(
+            self.weights[own.index], material_texts(self.weights[own.index], described), own["base"].to_numpy()
+        )
+        self.prompts = read_prompts(paths["prompts"], self.table["family"].unique())
+        self.entries = metric_entries(entries, NOVELTY_ENTRIES, seed)
+        self.training = self.materials(self.weights[self.train])
+        self.sphere = FrozenSphere(PICTURE_SIZE, environment=new_environment)
+        self.camera = FrozenSphere(SIZE, RINGS, AZIMUTHS, environment=lighting(UNSEEN))
+        self.shown = numpy_generator(seed, "shown materials").permutation(self.reference)[:images]
+
+    def materials(self, weights):
+        """Return the MaterialSet of fields (n, 675), without pictures."""
+        return MaterialSet(self.entries, evaluate(weights, *grid_angles(self.entries)))
+
+    def requests(self):
+        """Return the Requests of each modality: types that training materials have, prompts, pictures."""
+        known = [name for name in self.synthesiser.types if name in set(self.source_types)]
+        rows = torch.cat([self.synthesiser.encode(type=name)["type"] for name in known])
+        prompts = list(self.prompts["prompt"])
+        shown = self.weights[self.shown]
+        taken = augmented(radiance_fields(self.camera, shown), self.seed, "shown")
+        names = [self.conditions.facts["name"][i] for i in self.shown]
+        result = [
+            self._asked("type", known, {"type": rows}),
+            self._asked("text", prompts, {"text": self.synthesiser.encode_texts(prompts)}),
+            self._pictured("image", names, taken, shown),
+        ]
+        if self.measured:
+            names, linear, judged = measured_pictures(self.measured, self.camera, self.sphere)
+            result.append(self._pictured("measured", names, augmented(linear, self.seed, "measured"), to_srgb8(judged)))
+        return result
+
+    def _asked(self, modality, names, encoded, **rest):
+        return Requests(modality, names, encoded, self.synthesiser.embed(encoded), **rest)
+
+    def _pictured(self, modality, names, taken, targets):
+        encoded = {"image": self.synthesiser.encoder.encode_image(taken)}
+        return self._asked(modality, names, encoded, targets=targets, shown=taken)
+
+    def nearest(self, requests, n):
+        """Return fields (r n, 675): for each request the n training materials whose embedding is nearest; among equally
+        near ones, at random."""
+        if requests.modality == "type":
+            own = torch.nn.functional.normalize(self.conditions.type[self.train])
+        else:
+            own = self.synthesiser.projection.image(self.conditions.image[self.train]).mean(1)
+        (rows,) = requests.embedded.values()
+        cosine = rows @ torch.nn.functional.normalize(own).T
+        order = torch.from_numpy(numpy_generator(self.seed, "nearest").permutation(len(own)))
+        best = order[cosine[:, order].topk(n).indices]
+        return self.weights[self.train][best.flatten()]
+
+    def of_training(self, requests, n):
+        """Return (fields, the requests they belong to): training materials that are what is asked for, up to n each.
+
+        Types: unblended ones of the type. Texts: those that fit all that can be measured of the prompt. Images: the one
+        whose BRDF is nearest to the target's, the best that retrieval can do.
+        """
+        kept, belongs = [], []
+        for i in range(len(requests)):
+            members = self._members(requests, i)
+            chosen = numpy_generator(self.seed, "members", requests.names[i]).permutation(members)[:n]
+            kept.append(self.train[chosen])
+            belongs += [i] * len(chosen)
+        return self.weights[np.concatenate(kept)], np.array(belongs)
+
+    def _members(self, requests, i):
+        if requests.modality == "type":
+            return (self.conditions.type[self.train] @ requests.encoded["type"][i] == 1).nonzero()[:, 0].numpy()
+        if requests.modality == "image":
+            values = self.materials(requests.targets[i : i + 1])
+            return nearest_training(values, self.training, DISTANCE)[1].numpy()
+        if requests.modality == "measured":
+            return np.array([], int)
+        row = self.prompts.iloc[i]
+        if not (row["colour"] or row["gloss"]):
+            return np.array([], int)
+        seen = self._training_appearance
+        fits = np.ones(len(seen), bool)
+        if row["colour"]:
+            fits &= colour_right(seen, row["colour"])
+        if row["gloss"]:
+            fits &= gloss_right(seen, row["gloss"])
+        return np.flatnonzero(fits)
+
+    @functools.cached_property
+    def _training_appearance(self):
+        return appearance(self.weights[self.train])
+
+    def judge(self, requests, weights, belongs):
+        """Return {measure: (value, how many materials)} of fields (m, 675) that answer the requests `belongs` (m,)."""
+        judges = {"type": self._types, "text": self._texts, "image": self._images, "measured": self._images}
+        result = judges[requests.modality](requests, weights, belongs)
+        materials = self.materials(weights)
+        spread = pd.Series({i: diversity(materials[torch.from_numpy(belongs == i)]) for i in np.unique(belongs)})
+        result["diversity"] = (spread.mean(), len(weights))
+        if requests.modality == "type":
+            several = spread.index[np.isin(np.array(requests.names)[spread.index], self.several)]
+            judged = int(np.isin(belongs, several).sum())
+            result["diversity, types of several sources"] = (spread[several].mean(), judged)
+        distance, _ = nearest_training(materials, self.training, DISTANCE)
+        result["nearest training"] = (distance.median().item(), len(weights))
+        return result
+
+    def by_type(self, requests, weights, belongs, unseen):
+        """Return the table of `accuracies` of fields that answer requests for types."""
+        return accuracies(self.types, weights, np.array(requests.names)[belongs], self.families, unseen)
+
+    def _types(self, requests, weights, belongs):
+        unseen, seen = (self.by_type(requests, weights, belongs, unseen) for unseen in (True, False))
+        several = unseen["type"].isin(self.several)
+        return {
+            "type right, judge has not seen it": _mean(unseen[several], "top1"),
+            "type among 3, judge has not seen it": _mean(unseen[several], "top3"),
+            "family right, judge has not seen it": _mean(unseen, "family_accuracy"),
+            "type right": _mean(seen, "top1"),
+        }
+
+    def _texts(self, requests, weights, belongs):
+        rank = retrieval_rank(self.texts.scores(weights, requests.names, unseen=True), belongs)
+        result = {"rank of the prompt": (np.median(rank), len(rank)), "prompt among 3": (np.mean(rank <= 3), len(rank))}
+        return result | self._words(weights, belongs)
+
+    def _words(self, weights, belongs):
+        """Return the share of fields of which is true what can be measured of their prompt; also of those prompts alone
+        that say the word: others leave it to what one knows of walnut or asphalt."""
+        seen, result = appearance(weights), {}
+        for column, right in (("colour", colour_right), ("gloss", gloss_right)):
+            expected = self.prompts[column]
+            hits = {i: right(seen[belongs == i], expected[i]) for i in np.unique(belongs) if expected[i]}
+            said = {i: hit for i, hit in hits.items() if says(self.prompts["prompt"][i], expected[i])}
+            for measure, found in ((f"{column} right", hits), (f"{column} right, where the prompt says it", said)):
+                judged = np.concatenate([*found.values()] or [[]])
+                result[measure] = (judged.mean() if len(judged) else np.nan, len(judged))
+        return result
+
+    def _images(self, requests, weights, belongs):
+        rmse, _ = rendered_distance(self.sphere, weights, requests.targets[belongs])
+        return {"RMSE under new light": (rmse.mean(), len(rmse))}
+
+
+def _mean(table, column):
+    count = int(table["judged"].sum())
+    return ((table[column] * table["judged"]).sum() / count if count else np.nan, count)
