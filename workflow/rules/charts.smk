@@ -24,7 +24,7 @@ rule chart_fit:
     params:
         code=code("chart_fit"),
         fit=section("fit", "materials_per_job", "independent"),
-        paper_samples=config["charts"]["paper_samples"],
+        published=config["charts"]["published_samples"],
         materials=config["charts"]["fit_materials"],
         size=config["render"]["size"],
         seed=config["seed"],

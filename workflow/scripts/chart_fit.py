@@ -15,7 +15,7 @@ with stage(snakemake):
         store.augmerl,
         store.sources,
         params.fit,
-        params.paper_samples,
+        params.published,
         params.materials,
         params.size,
         params.seed,
@@ -31,7 +31,7 @@ with stage(snakemake):
             Path(output[name]).with_suffix(""),
             goal,
             group="family",
-            x_title="CPU seconds per material",
+            x_title="CPU seconds per material, its share of the first field included",
             y_title=title,
         )
     with atomic_path(output.table) as path:

@@ -69,8 +69,10 @@ def results(folder):
             "",
             "### Speed and accuracy",
             "",
-            "Some materials fitted with the default and by the papers' schedule; `seconds` of CPU time per material, "
-            "`speedup` against the published loop, one material at a time:",
+            "Some materials fitted with the default and by M3ashy's schedule. `seconds` of CPU time per material, "
+            "its share of the first field, `first_seconds`, included. The published loop fits one material at a time: "
+            "`rate_ratio` compares samples per second; `speedup_m3ashy` and `speedup_nbrdf` compare the time of a "
+            "material, for the samples that the released programs of M3ashy and Neural-BRDF visit:",
             "",
         ]
         fits = pd.read_csv(fits)

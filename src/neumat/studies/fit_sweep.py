@@ -33,9 +33,9 @@ SOAP_RATE = 1e-2  # the best for SOAP alone
 WIDE = (4, 8, 12, 32)
 
 
-def variants(default, paper_samples):
-    """Return [(family, label, config, width)]: the default, one change at a time, each optimiser alone, and the papers'
-    schedule with its `paper_samples`."""
+def variants(default, published):
+    """Return [(family, label, config, width)]: the default, one change at a time, each optimiser alone, and M3ashy's
+    schedule with as many samples as its released code visits, `published["m3ashy"]`."""
     found = [("default", f"{_millions(default)}, {default['schedule']}", default, 21)]
     for share in SHARES:
         config = _shared(default, share)
@@ -53,7 +53,7 @@ def variants(default, paper_samples):
         config = default | alone | {"polish": default["polish"] | polish}
         found.append(("optimiser", f"SOAP alone, {_millions(config)}", config, 21))
     found += [("width", f"width {width}", default, width) for width in WIDE]
-    return [*found, ("paper", "paper's schedule", default | PAPER | {"samples": paper_samples}, 21)]
+    return [*found, ("paper", "M3ashy's schedule", default | PAPER | {"samples": published["m3ashy"]}, 21)]
 
 
 def _shared(default, share):
@@ -62,7 +62,12 @@ def _shared(default, share):
 
 
 def _millions(config):
-    return f"{(config['samples'] + config['polish']['samples']) / 1e6:.3g} M"
+    return f"{_samples(config) / 1e6:.3g} M"
+
+
+def _samples(config):
+    """Return the training samples of a material, of both optimisers."""
+    return config["samples"] + config["polish"]["samples"]
 
 
 def published_rate(values, directions, seconds=5.0):
@@ -84,12 +89,29 @@ def published_rate(values, directions, seconds=5.0):
     return done / (time.process_time() - start)
 
 
-def sweep(augmerl_path, sources_path, default, paper_samples, materials, size, seed, progress=iter):
-    """Return a DataFrame: family, label, seconds (per material), loss_grid, loss_uniform, psnr, psnr_worst, ssim.
+def cost(samples, seconds, first_seconds, served, rate, published):
+    """Return what a fit costs beside the published loop: a dict of a row's columns.
 
-    default: the section `fit`; paper_samples: of the papers' schedule; materials: how many base materials, evenly
-    spread over all. Seconds are CPU seconds of one thread in this run, which a busy machine distorts least; `speedup`
-    is against the published loop at the papers' sample count, measured beside it.
+    samples, seconds: of one material's fit; first_seconds: of the first field, which `served` materials start from;
+    rate: samples per second of the published loop; published: {program: samples that it visits for a material}.
+
+    first_seconds: one material's share of the first field; seconds: of CPU time of a material, that share included;
+    rate_ratio: samples per second of the fit over the published loop's; speedup_*: seconds that the published loop
+    takes for a program's samples, over `seconds`.
+    """
+    share = first_seconds / served
+    total = seconds + share
+    row = {"samples": samples, "seconds": total, "first_seconds": share, "rate_ratio": samples / seconds / rate}
+    return row | {f"speedup_{program}": count / rate / total for program, count in published.items()}
+
+
+def sweep(augmerl_path, sources_path, default, published, materials, size, seed, progress=iter):
+    """Return a DataFrame: family, label, the columns of `cost`, loss_grid, loss_uniform, psnr, psnr_worst, ssim.
+
+    default: the section `fit`; published: {"m3ashy": samples that its released code visits for a material, ...};
+    materials: how many base materials, evenly spread over all. Seconds are CPU seconds in this run, which a busy
+    machine distorts least; the published loop is measured beside them. The first field's are shared by all base
+    materials of the store, which start from it.
     """
     store = AugMerl(augmerl_path, sources_path)
     directions = Directions(store.entries, seed)
@@ -98,18 +120,22 @@ def sweep(augmerl_path, sources_path, default, paper_samples, materials, size, s
     pictures = Pictures(store, size)
     expected = pictures.tables(bases)
     inputs = pictures.frozen.inputs.T.contiguous()
-    published = paper_samples / published_rate(values[:, 0], directions)
+    rate = published_rate(values[:, 0], directions)
     rows, firsts = [], {}
-    for family, label, config, width in progress(variants(default, paper_samples)):
+    for family, label, config, width in progress(variants(default, published)):
         widths = (WIDTHS[0], width, width, WIDTHS[-1])
-        if width not in firsts:  # once for all materials: no part of a material's seconds
-            firsts[width] = first_field(values[:, :1], directions, default, seed, widths)
+        if width not in firsts:
+            start = time.process_time()
+            first = first_field(values[:, :1], directions, default, seed, widths)
+            firsts[width] = first, time.process_time() - start
+        first, first_seconds = firsts[width]
         start = time.process_time()
-        result = fit(values, directions, firsts[width], config, seed, widths)
+        result = fit(values, directions, first, config, seed, widths)
         seconds = (time.process_time() - start) / len(bases)
         fields = evaluate_inputs(result["weights"], inputs, widths).transpose(1, 2)
         psnr, ssim = compare_pictures(expected, to_srgb8(pictures.frozen.pictures(fields)))
-        losses = [result[key].mean().item() for key in ("loss_grid", "loss_uniform")]
-        rows.append((family, label, seconds, published / seconds, *losses, psnr.mean(), psnr.min(), ssim.mean()))
-    columns = ["family", "label", "seconds", "speedup", "loss_grid", "loss_uniform", "psnr", "psnr_worst", "ssim"]
-    return pd.DataFrame(rows, columns=columns)
+        row = {"family": family, "label": label}
+        row |= cost(_samples(config), seconds, first_seconds, store.n, rate, published)
+        row |= {key: result[key].mean().item() for key in ("loss_grid", "loss_uniform")}
+        rows.append(row | {"psnr": psnr.mean(), "psnr_worst": psnr.min(), "ssim": ssim.mean()})
+    return pd.DataFrame(rows)
