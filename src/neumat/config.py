@@ -13,10 +13,12 @@ import yaml
 from jsonschema import Draft202012Validator
 from jsonschema.validators import extend
 
+from neumat.brdf.names import chosen_names, measured_files
+from neumat.brdf.published import merl_checksums
 from neumat.errors import NeumatError
 
 SUFFIXES = {"merl": ".binary", "rgl": ".bsdf"}
-PUBLISHED = 100  # materials of the MERL database, embedded or downloaded
+FEWEST = 4  # sources: two on each side of a split
 
 
 def _is_number(_, value):
@@ -58,27 +60,32 @@ def load_scene(path, schema):
 
 
 def source_files(sources):
-    """Return the user's own files, sorted, that the config's section `sources` asks for; none where there are none.
+    """Return {name: path} of the user's own files, sorted by name, that the config's section `sources` asks for; none
+    where there are none.
 
-    Raises NeumatError where a folder is needed and missing, or holds no file of the kind.
+    Raises NeumatError where a folder is needed and missing, holds no file of the kind or one with a name that a
+    material may not have.
     """
     if sources["kind"] == "embedded":
-        return []
+        return {}
     folder, suffix = sources["folder"], SUFFIXES[sources["kind"]]
     if folder is None or not (sources["url"] or Path(folder).is_dir()):
         raise NeumatError("config key sources.folder", f"a folder of {suffix} files", folder or "none")
-    if sources["url"]:
-        return []
-    files = sorted(str(path) for path in Path(folder).iterdir() if path.suffix.lower() == suffix)
-    if not files:
-        raise NeumatError(folder, f"{suffix} files", "none")
-    return files
+    return {} if sources["url"] else measured_files(folder, suffix)
 
 
-def source_count(sources):
-    """Return how many materials the config's section `sources` asks for, without reading any."""
-    found = len(sources["names"] or source_files(sources)) or PUBLISHED
-    return min(found, sources["count"] or found)
+def source_names(sources):
+    """Return the names of the materials that the config's section `sources` asks for, without reading any.
+
+    Raises NeumatError for names that are not at hand and for fewer than 4 of them.
+    """
+    available = source_files(sources) or merl_checksums()
+    names = chosen_names(sorted(available) if sources["kind"] == "embedded" else available, sources["names"])
+    names = names[: sources["count"]]
+    if len(names) < FEWEST:
+        where = sources["folder"] or "config key sources.names"
+        raise NeumatError(where, f"at least {FEWEST} materials to split and blend", len(names))
+    return names
 
 
 def inception_file(evaluate):

@@ -3,7 +3,6 @@
 import hashlib
 
 import numpy as np
-import torch
 
 
 def seed_for(seed, *names):
@@ -19,4 +18,6 @@ def numpy_generator(seed, *names):
 
 def torch_generator(seed, *names, device="cpu"):
     """Return a torch Generator for one named purpose."""
+    import torch  # here, since a dry run draws the manifest and has no other use for it
+
     return torch.Generator(device=device).manual_seed(seed_for(seed, *names))

@@ -9,7 +9,9 @@ import pytest
 import yaml
 from runner import ROOT, command
 
-from neumat.config import keys, load, load_scene, source_count, source_files, table
+from neumat.brdf.embedded import embedded_names
+from neumat.brdf.published import merl_checksums
+from neumat.config import keys, load, load_scene, source_files, source_names, table
 from neumat.errors import NeumatError
 from neumat.generative.registry import METHODS
 from neumat.scenes.compose import LIGHTS
@@ -142,16 +144,27 @@ def test_keys_come_in_one_order_whatever_an_overlay_names_first():
 
 def test_sources_of_the_users_own(tmp_path):
     sources = DEFAULT["sources"] | {"kind": "merl", "folder": str(tmp_path)}
-    with pytest.raises(NeumatError, match=r"\.binary files; found none"):
-        source_count(sources)
-    for name in ("b.binary", "a.binary", "c.binary"):
-        (tmp_path / name).touch()
-    assert source_files(sources) == [str(tmp_path / f"{name}.binary") for name in "abc"]
-    assert source_count(sources) == 3
-    assert source_count(sources | {"count": 2}) == 2
+    with pytest.raises(NeumatError, match=r"\.binary files; found an empty folder"):
+        source_names(sources)
+    for name in ("b", "NA", "c", "001", ".hidden"):
+        (tmp_path / f"{name}.binary").touch()
+    assert source_files(sources) == {name: tmp_path / f"{name}.binary" for name in ("001", "NA", "b", "c")}
+    assert source_names(sources) == ["001", "NA", "b", "c"]
+    assert source_names(sources | {"names": ["c", "001", "b", "NA"]}) == ["c", "001", "b", "NA"]
+    with pytest.raises(NeumatError, match=r"sources\.names.*'d'"):
+        source_names(sources | {"names": ["b", "d", "c", "NA"]})
+    (tmp_path / "c.binary").unlink()
+    with pytest.raises(NeumatError, match=r"at least 4 materials to split and blend; found 3"):
+        source_names(sources)
     with pytest.raises(NeumatError, match=r"sources\.folder"):
-        source_count(sources | {"folder": str(tmp_path / "absent")})
-    assert source_count(sources | {"url": "http://127.0.0.1/{name}.binary"}) == 100
+        source_names(sources | {"folder": str(tmp_path / "absent")})
+    assert len(source_names(sources | {"url": "http://127.0.0.1/{name}.binary"})) == 100
+
+
+def test_names_of_embedded_and_downloaded_sources_are_those_of_the_store():
+    assert source_names(DEFAULT["sources"]) == embedded_names()
+    urls = DEFAULT["sources"] | {"kind": "merl", "url": "http://127.0.0.1/{name}.binary", "folder": "."}
+    assert source_names(urls) == list(merl_checksums())
 
 
 @pytest.mark.parametrize(

@@ -6,15 +6,16 @@ from hashlib import sha256
 from math import ceil
 from pathlib import Path
 
+from neumat.augment.manifest import fold_count
 from neumat.brdf.categories import CATEGORIES, check_rules
-from neumat.config import inception_file, load, load_scene, source_count, source_files
+from neumat.config import inception_file, load, load_scene, source_files, source_names
 from neumat.errors import NeumatError
 from neumat.provenance import digest
 
 try:
     config = load(config, f"{workflow.basedir}/workflow/schemas/config.schema.json")
-    SOURCE_FILES = source_files(config["sources"])
-    SOURCES = source_count(config["sources"])
+    SOURCE_FILES = list(source_files(config["sources"]).values())
+    SOURCES = source_names(config["sources"])
     INCEPTION = inception_file(config["evaluate"])
     check_rules(config["constrained"]["rules"])
 except NeumatError as error:
@@ -33,11 +34,13 @@ FORMATS = ["merl", "rgl", "npy", "keras", "safetensors", "glsl", "wgsl"]
 # Materials that are fitted: every one, or one of each six that differ in the order of their colours.
 FITTED = range(
     0,
-    6 * (SOURCES + config["augment"]["blends"]),
+    6 * (len(SOURCES) + config["augment"]["blends"]),
     1 if config["fit"]["independent"] else 6,
 )
 SHARDS = ceil(len(FITTED) / config["fit"]["materials_per_job"])
-FOLDS = [f"fold{k}" for k in config["evaluate"]["folds"]]
+FOLDS = [
+    f"fold{k}" for k in config["evaluate"]["folds"] if k < fold_count(len(SOURCES))
+]
 TARGETS = {
     "all": [
         "results/tables/augmentation.csv",

@@ -1,7 +1,5 @@
 """The statistics behind the categories: M3ashy's Figs. 23 to 25, and the boundaries of k-means."""
 
-import pandas as pd
-
 from neumat.brdf.types import read_types
 from neumat.files import atomic_path
 from neumat.reporting.category_figures import statistics_by_material, statistics_by_type
@@ -9,9 +7,10 @@ from neumat.reporting.kmeans_figure import kmeans_figure
 from neumat.stage import config_file, stage
 from neumat.studies.categories import with_types
 from neumat.studies.clusters import kmeans_table
+from neumat.tables import read_table
 
 with stage(snakemake):
-    statistics, output = pd.read_csv(snakemake.input.sources), snakemake.output
+    statistics, output = read_table(snakemake.input.sources), snakemake.output
     table = with_types(statistics, read_types(config_file(snakemake, "types.tsv")))
     statistics_by_type(table, output.by_type)
     statistics_by_material(table, output.by_material)

@@ -7,10 +7,11 @@ import pandas as pd
 from neumat.files import atomic_path
 from neumat.reporting.models_chart import costs, models_chart
 from neumat.stage import stage
+from neumat.tables import read_table
 
 with stage(snakemake):
     output, tolerance = snakemake.output, snakemake.params.tolerance
-    models, fits = (pd.concat(map(pd.read_csv, paths)) for paths in (snakemake.input.models, snakemake.input.fits))
+    models, fits = (pd.concat(map(read_table, paths)) for paths in (snakemake.input.models, snakemake.input.fits))
     tables = {
         output.table: costs(models),
         output.chosen: models[models["tolerance"] == tolerance],

@@ -2,7 +2,8 @@
 
 import pandas as pd
 
-from neumat.brdf.download import download_merl, merl_checksums
+from neumat.brdf.download import download_merl
+from neumat.brdf.published import merl_checksums
 from neumat.files import atomic_path
 from neumat.stage import progress, stage
 

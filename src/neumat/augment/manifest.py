@@ -4,10 +4,12 @@ import numpy as np
 import pandas as pd
 
 from neumat.augment.permutations import PERMUTATIONS
+from neumat.brdf.names import check_names
 from neumat.errors import NeumatError
 from neumat.seeds import numpy_generator
+from neumat.tables import read_table
 
-FOLDS = 5  # of the generalisation protocol
+FOLDS = 5  # of the generalisation protocol; with fewer sources, one of each source
 
 
 def draw_manifest(names, config, seed):
@@ -16,16 +18,18 @@ def draw_manifest(names, config, seed):
     names: N source materials. config: the section `augment`. Columns: index, name, base, parent_a, parent_b, weight
     (of parent_a), permutation, grouped and random (train or test), fold (of the parents; -1 where they differ).
     Pairs are drawn within a side of the grouped split, so no blend crosses it; the random split is the released
-    code's, over all materials without regard to descent.
+    code's, over all materials without regard to descent. Raises NeumatError for fewer than four names and for names
+    that a material may not have.
     """
     n, blends = len(names), config["blends"]
     if n < 4:
         raise NeumatError("sources", "at least 4 materials to split and blend", n)
+    check_names(names, "sources")
     order = numpy_generator(seed, "held-out sources").permutation(n)
     held = max(2, round(config["held_out"] * n))
     sides = {"test": order[:held], "train": order[held:]}
     fold = np.empty(n, int)
-    fold[numpy_generator(seed, "folds").permutation(n)] = np.arange(n) % FOLDS
+    fold[numpy_generator(seed, "folds").permutation(n)] = np.arange(n) % fold_count(n)
 
     rows = [(name, name, name, 1.0, "test" if i in sides["test"] else "train", fold[i]) for i, name in enumerate(names)]
     generator = numpy_generator(seed, "blends")
@@ -47,9 +51,14 @@ def draw_manifest(names, config, seed):
     return manifest
 
 
+def fold_count(n):
+    """Return how many folds the generalisation protocol has with n sources."""
+    return min(FOLDS, n)
+
+
 def read_manifest(path):
-    """Return the manifest written as TSV."""
-    return pd.read_csv(path, sep="\t")
+    """Return the manifest written as TSV, every name as it was."""
+    return read_table(path)
 
 
 def protocol_indices(manifest, protocol):

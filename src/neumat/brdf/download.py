@@ -1,25 +1,17 @@
 """Download of MERL files: resumable, verified, whole or absent."""
 
-import csv
 import hashlib
 import http.client
 import os
 import shutil
 import urllib.parse
 import urllib.request
-from importlib import resources
 from pathlib import Path
 
 from neumat.brdf.merl import SUFFIX
 from neumat.errors import NeumatError
 
 TIMEOUT = 60  # seconds without a byte
-
-
-def merl_checksums():
-    """Return {name: (sha256, bytes)} of the 100 original MERL files."""
-    text = (resources.files("neumat.brdf") / "data" / "merl_sha256.csv").read_text()
-    return {row["material"]: (row["sha256"], int(row["bytes"])) for row in csv.DictReader(text.splitlines())}
 
 
 def download_merl(names, url_template, folder, sha256, progress=iter):

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from neumat.brdf.coordinates import ENTRIES, GRID
+from neumat.brdf.names import measured_files
 from neumat.errors import NeumatError
 from neumat.files import atomic_path
 
@@ -69,23 +70,8 @@ def write_merl(path, values):
 
 
 def read_folder(folder, suffix=SUFFIX, check=check_merl):
-    """Return {name: path} of a folder's measured files, sorted by name; the name is the file's stem.
-
-    Hidden files are ignored. Raises NeumatError for a missing or empty folder, a file of another kind among
-    the files, and two names that differ in case only.
-    """
-    folder = Path(folder)
-    if not folder.is_dir():
-        raise NeumatError(folder, f"a folder of {suffix} files", "no such folder")
-    paths = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
-    if not paths:
-        raise NeumatError(folder, f"a folder of {suffix} files", "an empty folder")
-    seen = {}
-    for path in paths:
-        if path.suffix.lower() != suffix:
-            raise NeumatError(path, f"only {suffix} files in the folder", "a file of another kind")
+    """Return {name: path} of a folder's measured files, see `measured_files`, each of which `check` (path) accepts."""
+    files = measured_files(folder, suffix)
+    for path in files.values():
         check(path)
-        twin = seen.setdefault(path.stem.lower(), path)
-        if twin is not path:
-            raise NeumatError(path, "a name of its own in any case of letters", f"{twin.name} too")
-    return {path.stem: path for path in sorted(paths, key=lambda path: path.stem)}
+    return files

@@ -13,8 +13,10 @@ import numpy as np
 import torch
 
 from neumat.brdf.coordinates import ENTRIES, GRID
-from neumat.brdf.download import download_merl, merl_checksums
+from neumat.brdf.download import download_merl
 from neumat.brdf.merl import read_folder, read_merl
+from neumat.brdf.names import chosen_names
+from neumat.brdf.published import merl_checksums
 from neumat.brdf.rgl import SUFFIX as RGL_SUFFIX
 from neumat.brdf.rgl import check_rgl, read_rgl
 from neumat.errors import NeumatError
@@ -30,7 +32,7 @@ def _embedded(config):
     from neumat.brdf.embedded import embedded_names, embedded_table
 
     available = embedded_names()
-    names = _chosen(available, config)
+    names = chosen_names(available, config.get("names"))
     return names, (embedded_table(available.index(name)) for name in names)
 
 
@@ -38,18 +40,18 @@ def _merl(config):
     """MERL files in a folder; with a url, what is missing of the 100 is downloaded when it is read."""
     if config.get("url"):
         checksums = merl_checksums()
-        names = _chosen(checksums, config)
+        names = chosen_names(checksums, config.get("names"))
         folder = _folder(config)
         return names, (read_merl(*download_merl([name], config["url"], folder, checksums)) for name in names)
     paths = read_folder(_folder(config))
-    names = _chosen(paths, config)
+    names = chosen_names(paths, config.get("names"))
     return names, (read_merl(paths[name]) for name in names)
 
 
 def _rgl(config):
     """RGL files in a folder."""
     paths = read_folder(_folder(config), RGL_SUFFIX, check_rgl)
-    names = _chosen(paths, config)
+    names = chosen_names(paths, config.get("names"))
     return names, (read_rgl(paths[name]) for name in names)
 
 
@@ -150,16 +152,3 @@ def _folder(config):
     if not config.get("folder"):
         raise NeumatError("sources.folder", f"a folder of {config['kind']} files", "none")
     return Path(config["folder"])
-
-
-def _chosen(available, config):
-    """Return config `names`, or all available names where it is null."""
-    names = config.get("names")
-    if names is None:
-        return list(available)
-    for name in names:
-        if name not in available:
-            raise NeumatError("sources.names", f"names of {config['kind']} materials at hand", repr(name))
-    if not names or len(set(names)) != len(names):
-        raise NeumatError("sources.names", "different names, at least one", str(names))
-    return list(names)

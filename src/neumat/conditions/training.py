@@ -1,6 +1,5 @@
 """The conditional model of the parity protocol, from the stores."""
 
-import pandas as pd
 import torch
 from safetensors import safe_open
 from torch.nn.functional import normalize
@@ -13,6 +12,7 @@ from neumat.conditions.store import read_conditions
 from neumat.fields.store import read_neumerl
 from neumat.generative.conditional import ConditionalDiffusion, Tuning
 from neumat.generative.hyperdiffusion import HyperDiffusion
+from neumat.tables import read_table
 
 PROTOCOL = "parity"
 LANDMARKS = 2000  # captions kept in the checkpoint, to tell texts about materials from others
@@ -56,7 +56,7 @@ def tune(paths, tuning, rules, sampling, seed, progress, checkpoint):
     """
     train, _ = protocol_indices(read_manifest(paths["manifest"]), PROTOCOL)
     conditions, projection = read_conditions(paths["conditions"]), read_projection(paths["projection"])
-    category = categorise(pd.read_csv(paths["statistics"]), rules).to_numpy()
+    category = categorise(read_table(paths["statistics"]), rules).to_numpy()
     base = HyperDiffusion.load(paths["model"])
     base.sampler, base.nfe = sampling["sampler"], sampling["nfe"]
     given = training_conditions(conditions, projection, category, train)

@@ -8,6 +8,7 @@ import pandas as pd
 from neumat.errors import NeumatError
 from neumat.files import atomic_path
 from neumat.reporting.tables import table2_markdown
+from neumat.tables import read_table
 
 START, END = "<!-- results: made by `make readme` -->", "<!-- end of results -->"
 PAPERS = ["brdf_l1", "rmse", "neg_psnr", "neg_ssim"]
@@ -36,8 +37,8 @@ def results(folder):
 
     Then generalisation, materials on demand and the charts, as far as they have been made.
     """
-    tables = {name: pd.read_csv(folder / "tables" / f"{name}.csv") for name in ("run", "fit-summary", "unconditional")}
-    novelty = pd.read_csv(folder / "tables" / "novelty.csv")
+    tables = {name: read_table(folder / "tables" / f"{name}.csv") for name in ("run", "fit-summary", "unconditional")}
+    novelty = read_table(folder / "tables" / "novelty.csv")
     run = tables["run"]
     total, elapsed = (run[(run["stage"] == "run") & (run["job"] == job)].iloc[0] for job in ("total", "elapsed"))
     lines = [
@@ -61,7 +62,7 @@ def results(folder):
     ]
     folds = folder / "tables/generalisation.csv"
     if folds.exists():
-        lines += ["", _table2(pd.read_csv(folds), "generalisation").rstrip()]
+        lines += ["", _table2(read_table(folds), "generalisation").rstrip()]
     lines += _on_demand(folder)
     fits = folder / "charts/fit.csv"
     if fits.exists():
@@ -75,7 +76,7 @@ def results(folder):
             "material, for the samples that the released programs of M3ashy and Neural-BRDF visit:",
             "",
         ]
-        fits = pd.read_csv(fits)
+        fits = read_table(fits)
         lines.append(_table(fits[fits["family"].isin(["default", "paper"])].drop(columns="family")))
     lines += _scenes(folder)
     for name, meaning in CHARTS.items():
@@ -89,7 +90,7 @@ def _on_demand(folder):
     path = folder / "tables/conditional.csv"
     if not path.exists():
         return []
-    table = pd.read_csv(path)
+    table = read_table(path)
     shown = table.pivot_table("value", ["modality", "measure"], "method", sort=False).reset_index()
     lines = [
         "",
@@ -104,7 +105,7 @@ def _on_demand(folder):
         "Materials of one category by rejection from the unconditional model, and by the model asked for it:",
         "",
     ]
-    constrained = pd.read_csv(folder / "tables/constrained.csv")
+    constrained = read_table(folder / "tables/constrained.csv")
     columns = ["category", "way", "found", "tried", "acceptance", "seconds_per_accepted", "training_share", "one_nna"]
     lines.append(_table(constrained[columns]))
     for name, meaning in REQUESTS.items():
@@ -117,7 +118,7 @@ def _scenes(folder):
     path = folder / "charts/models.csv"
     if not path.exists():
         return []
-    models, ladder = pd.read_csv(path), pd.read_csv(folder / "tables/ladder.csv")
+    models, ladder = read_table(path), read_table(folder / "tables/ladder.csv")
     columns = ["scene", "tolerance", "materials", "kept", "bytes", "bytes_share", "ns", "ns_share", "seconds_share"]
     lines = [
         "",

@@ -52,3 +52,13 @@ def test_mistakes_are_named(manifest):
         protocol_indices(manifest, "fold7")
     with pytest.raises(NeumatError, match="at least 4 materials"):
         draw_manifest(NAMES[:3], CONFIG, 0)
+    for name in ("sample-0", "blend-000", "a@rbg", "a\tb", "", "M1"):
+        with pytest.raises(NeumatError, match="rename"):
+            draw_manifest([*NAMES[:5], name], CONFIG, 0)
+
+
+@pytest.mark.parametrize("n", [4, 5, 6])
+def test_few_sources_have_a_fold_each(n):
+    drawn = draw_manifest(NAMES[:n], CONFIG, 0)
+    held = [protocol_indices(drawn, f"fold{k}")[1] for k in range(min(n, 5))]
+    assert all(map(len, held)) and sorted(np.concatenate(held)) == list(range(6 * n))

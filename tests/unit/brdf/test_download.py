@@ -5,7 +5,8 @@ import threading
 
 import pytest
 
-from neumat.brdf.download import download_merl, merl_checksums
+from neumat.brdf.download import download_merl
+from neumat.brdf.published import merl_checksums
 from neumat.errors import NeumatError
 
 BODY = bytes(range(256)) * 400
