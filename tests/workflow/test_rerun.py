@@ -20,6 +20,7 @@ AFTER_SAMPLING = CONSTRAINED | {
     "novelty_table",
     "novelty_figures",
     "grid",
+    "method_sheet",
     "chart_sampling",
     "export",
     "physics",

@@ -21,3 +21,31 @@ rule augment:
         seed=config["seed"],
     script:
         "../scripts/augment.py"
+
+
+rule augmentation_figures:
+    input:
+        augmerl=STORE,
+        sources=SOURCES_STORE,
+    output:
+        permutations=report(
+            "results/figures/permutations.png",
+            caption="../report/permutations.rst",
+            category="Data",
+        ),
+        blends=report(
+            "results/figures/blends.png",
+            caption="../report/blends.rst",
+            category="Data",
+        ),
+    log:
+        "results/logs/augmentation_figures.log",
+    benchmark:
+        "results/benchmarks/augmentation_figures.tsv"
+    conda:
+        "../envs/neumat.yaml"
+    params:
+        code=code("augmentation_figures"),
+        size=config["render"]["grid_size"],
+    script:
+        "../scripts/augmentation_figures.py"

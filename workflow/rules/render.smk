@@ -65,3 +65,33 @@ rule physics:
         code=code("physics"),
     script:
         "../scripts/physics.py"
+
+
+# The first samples of every method of Table 2.
+rule method_sheet:
+    input:
+        samples=expand(
+            "results/samples/parity/{method}.h5",
+            method=config["evaluate"]["methods"],
+        ),
+        neumerl=NEUMERL,
+        manifest=MANIFEST,
+        sources=SOURCES_STORE,
+    output:
+        report(
+            "results/figures/methods.png",
+            caption="../report/method_sheet.rst",
+            category="Samples",
+        ),
+    log:
+        "results/logs/method_sheet.log",
+    benchmark:
+        "results/benchmarks/method_sheet.tsv"
+    conda:
+        "../envs/neumat.yaml"
+    params:
+        code=code("method_sheet"),
+        methods=config["evaluate"]["methods"],
+        size=config["render"]["grid_size"],
+    script:
+        "../scripts/method_sheet.py"

@@ -43,14 +43,18 @@ class AugMerl:
         base, permutation = divmod(index, len(PERMUTATIONS))
         a, b = self.parents[base]
         if a == b:
-            mixed = self.sources.values(a, positions).T
+            mixed = self.sources.values(a, positions)
         else:
-            weight = np.float32(self.weight[base])
-            mixed, other = (channels(self._file["columns"], parent, positions) for parent in (a, b))
-            mixed *= weight
-            other *= 1 - weight
-            mixed += other
-        return mixed[channel_order(PERMUTATIONS[permutation])].T
+            mixed = self.blend(a, b, np.float32(self.weight[base]), positions)
+        return mixed[:, channel_order(PERMUTATIONS[permutation])]
+
+    def blend(self, a, b, weight, positions):
+        """Return the blend in PCA space of sources `a` and `b`, of which a has `weight`, as `values` does."""
+        mixed, other = (channels(self._file["columns"], parent, positions) for parent in (a, b))
+        mixed *= weight
+        other *= 1 - weight
+        mixed += other
+        return mixed.T
 
     def materialise(self, index, path):
         """Write material `index` as a dense MERL `.binary` file."""
