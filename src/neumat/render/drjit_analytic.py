@@ -21,6 +21,11 @@ def _read3(parameters, index):
     return mi.Color3f(*(_read(parameters, index + k) for k in range(3)))
 
 
+def lambert_value(parameters, wi, wo):
+    """Return f, a Color3f, 1/sr, of a Lambert: albedo, three numbers."""
+    return _read3(parameters, 0) / math.pi
+
+
 def glossy_value(parameters, wi, wo):
     """Return f, a Color3f, 1/sr, of a Glossy: albedo, f0 (three each), alpha."""
     sin_h, cos_h, d = half_difference(wi, wo)

@@ -61,6 +61,29 @@ def fit_lobes(material, sampler="fitted"):
     return shares
 
 
+def write_lobes(shares):
+    """Return the text of shares (ANGLES, len(ALPHAS)), which `read_lobes` reads to the last bit."""
+    return " ".join(repr(float(share)) for share in shares.flatten())
+
+
+def read_lobes(text):
+    """Return the shares (ANGLES, len(ALPHAS)), float32, of a text of numbers.
+
+    Raises NeumatError for another number of them, and for shares that are no part of a whole.
+    """
+    expected = f"{ANGLES * len(ALPHAS)} shares, {len(ALPHAS)} of 0..1 to each of {ANGLES} angles, 1 together at most"
+    try:
+        shares = torch.tensor([float(number) for number in text.split()])
+    except ValueError as error:
+        raise NeumatError("lobes", expected, error) from error
+    if len(shares) != ANGLES * len(ALPHAS):
+        raise NeumatError("lobes", expected, f"{len(shares)} numbers")
+    shares = shares.view(ANGLES, -1)
+    if not ((shares >= 0).all() and (shares.sum(1) <= 1 + 1e-6).all()):
+        raise NeumatError("lobes", expected, f"{shares.min():g} to {shares.max():g}, {shares.sum(1).max():g} together")
+    return shares
+
+
 def _reflected(material):
     """Return the lobes' densities (1 + ALPHAS, ANGLES, n) at the nodes, and the material's (f cos)^2, each angle's
     integral being 1."""

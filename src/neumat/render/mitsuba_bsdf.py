@@ -5,10 +5,13 @@
     material: the name of the material in the store
     weights: instead of a file, a text of 675 numbers, or of the numbers of a field of another width
     sampler: how directions are drawn, one of `neumat.render.lobes.SAMPLERS`; default "fitted"
+    lobes: instead of a sampler, a text of the shares of `neumat.render.lobes.fit_lobes`: directions are drawn as those
+        of the material that they were fitted to, so that pictures of two materials trace the same paths
     conserve: true scales a material that reflects more than it receives down to where it doesn't; default false
-`merl`: a table of MERL's format, with the properties filename, sampler and conserve.
-`glossy`, `sgd`: the analytic models of the same names in `neumat.brdf.analytic`, with the properties sampler and
-    conserve, and `parameters`, a text of numbers: albedo, f0 (three each), alpha; those of SGD_PARAMETERS, three each.
+`merl`: a table of MERL's format, with the properties filename, sampler, lobes and conserve.
+`lambert`, `glossy`, `sgd`: the analytic models of the same names in `neumat.brdf.analytic`, with the properties
+    sampler, lobes and conserve, and `parameters`, a text of numbers: albedo; albedo, f0 (three each), alpha; those of
+    SGD_PARAMETERS, three each.
 
     import neumat.render.mitsuba_bsdf
     mi.load_dict({"type": "nbrdf", "filename": "chrome.safetensors"})
@@ -31,7 +34,7 @@ import drjit as dr
 import mitsuba as mi
 import torch
 
-from neumat.brdf.analytic import SGD, SGD_PARAMETERS, Glossy
+from neumat.brdf.analytic import SGD, SGD_PARAMETERS, Glossy, Lambert
 from neumat.brdf.merl import read_merl
 from neumat.brdf.table import Table
 from neumat.errors import NeumatError
@@ -40,7 +43,7 @@ from neumat.fields.field import Field
 from neumat.fields.layout import SIZE, WIDTHS, size, widths_of
 from neumat.fields.physics import largest_albedo
 from neumat.render import drjit_analytic, drjit_brdf
-from neumat.render.lobes import check_sampler, fit_lobes
+from neumat.render.lobes import check_sampler, fit_lobes, read_lobes
 
 LARGEST_WEIGHT = 1e9  # with larger ones the sums of the layers could be infinite, and infinity less infinity is NaN
 
@@ -121,12 +124,16 @@ def _classes():
             self.m_flags = self.m_components[0]
             self.sampler = properties.get("sampler", "fitted")
             check_sampler(self.sampler)
+            self.given = read_lobes(properties["lobes"]) if "lobes" in properties else None
+            if self.given is not None and "sampler" in properties:
+                raise NeumatError("lobes", "no property sampler beside them", repr(self.sampler))
             self.conserve = properties.get("conserve", False)
             self.adapt(material)
 
         def adapt(self, material):
             """Fit what depends on the material beside its values."""
-            self.lobes = drjit_brdf.buffer(fit_lobes(material, self.sampler))
+            lobes = fit_lobes(material, self.sampler) if self.given is None else self.given
+            self.lobes = drjit_brdf.buffer(lobes)
             scale = 1 / max(1.0, largest_albedo(material)) if self.conserve else 1.0
             self.scale = dr.opaque(mi.Float, scale) if dr.is_jit_v(mi.Float) else scale
 
@@ -214,6 +221,10 @@ def _classes():
         def to_string(self):
             return "Analytic[]"
 
+    def lambert(properties):
+        numbers = _parameters(properties, "lambert", 3, slice(0))
+        return Analytic(properties, Lambert(numbers), numbers, drjit_analytic.lambert_value)
+
     def glossy(properties):
         numbers = _parameters(properties, "glossy", 7, slice(6, 7))
         model = Glossy(numbers[:3], numbers[3:6], numbers[6])
@@ -233,7 +244,7 @@ def _classes():
             raise NeumatError("merl", "the property filename", "none")
         return Tabulated(properties, Table(read_merl(properties["filename"])))
 
-    return {"nbrdf": nbrdf, "merl": merl, "glossy": glossy, "sgd": sgd}
+    return {"nbrdf": nbrdf, "merl": merl, "lambert": lambert, "glossy": glossy, "sgd": sgd}
 
 
 def register(*_):

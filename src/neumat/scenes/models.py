@@ -19,6 +19,7 @@ from neumat.brdf.merl import write_merl
 from neumat.brdf.table import Table
 from neumat.fields.field import Field
 from neumat.fields.layout import widths_of
+from neumat.render.lobes import write_lobes
 
 WIDTHS = {f"field-{width}": width for width in (4, 8, 10, 12, 16, 21)}
 *SMALLER, WIDEST = WIDTHS
@@ -51,13 +52,18 @@ class Model:
             return SGD(dict(zip(SGD_PARAMETERS, x.double().view(-1, 3), strict=True)))
         return Table(x.view(-1, 3)) if self.rung == "table" else Field(x, widths_of(len(x)))
 
-    def plugin(self, folder):
-        """Return the Mitsuba dictionary of the model; a table is written into `folder`, a Path, first."""
-        if self.rung == "lambert":
+    def plugin(self, folder, lobes=None):
+        """Return the Mitsuba dictionary of the model; a table is written into `folder`, a Path, first.
+
+        lobes: shares of `neumat.render.lobes.fit_lobes` by which directions are drawn; None means the model's own.
+        """
+        drawn = {} if lobes is None else {"lobes": write_lobes(lobes)}
+        if self.rung == "lambert" and lobes is None:
             return {"type": "diffuse", "reflectance": {"type": "rgb", "value": self.numbers.tolist()}}
         if self.rung == "table":
             path = folder / f"{sha256(self.numbers.numpy().tobytes()).hexdigest()[:16]}.binary"
-            write_merl(path, self.numbers.view(-1, 3).numpy())
-            return {"type": "merl", "filename": str(path)}
-        plugin, key = (self.rung, "parameters") if self.rung in ("glossy", "sgd") else ("nbrdf", "weights")
-        return {"type": plugin, key: " ".join(repr(float(number)) for number in self.numbers)}
+            if not path.exists():
+                write_merl(path, self.numbers.view(-1, 3).numpy())
+            return {"type": "merl", "filename": str(path)} | drawn
+        plugin, key = (self.rung, "parameters") if self.rung in ANALYTIC else ("nbrdf", "weights")
+        return {"type": plugin, key: " ".join(repr(float(number)) for number in self.numbers)} | drawn

@@ -3,7 +3,8 @@ import torch
 
 from neumat.brdf.analytic import GGX, Lambert
 from neumat.brdf.embedded import Embedded, embedded_names
-from neumat.render.lobes import ALPHAS, ANGLES, SAMPLERS, fit_lobes
+from neumat.errors import NeumatError
+from neumat.render.lobes import ALPHAS, ANGLES, SAMPLERS, fit_lobes, read_lobes, write_lobes
 
 
 def embedded(name):
@@ -29,3 +30,17 @@ def test_a_lobe_of_the_materials_own_roughness_is_found():
     assert (shares.argmax(1)[:12] == 1).all()
     assert (shares.sum(1) <= 1 + 1e-6).all()
     assert torch.equal(shares, fit_lobes(GGX(ALPHAS[1], (0.5,) * 3)))
+
+
+def test_the_text_of_shares_is_read_to_the_last_bit():
+    shares = fit_lobes(embedded("red-plastic"))
+    assert torch.equal(read_lobes(write_lobes(shares)), shares)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "0.1 " * 63, "0.1 " * 65, "0.3 " * 64, "-0.1 " * 64, "nan " * 64, "inf " * 64, "much " * 64],
+)
+def test_shares_that_are_no_part_of_a_whole_are_refused(text):
+    with pytest.raises(NeumatError, match="lobes"):
+        read_lobes(text)

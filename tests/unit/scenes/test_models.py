@@ -4,8 +4,9 @@ import torch
 
 from neumat.brdf.analytic import SGD_PARAMETERS, Glossy, sgd_parameters
 from neumat.brdf.coordinates import ENTRIES, above_horizon, grid_angles, rusinkiewicz
-from neumat.fields.layout import size
-from neumat.render.mitsuba_scene import mitsuba
+from neumat.fields.layout import SIZE, size
+from neumat.render.lobes import fit_lobes
+from neumat.render.mitsuba_scene import mitsuba, render_bsdf
 from neumat.scenes.models import ANALYTIC, WIDTHS, Model
 from neumat.seeds import torch_generator
 
@@ -71,3 +72,32 @@ def test_tables_are_written_beside_each_other(tmp_path):
     table = model("table")
     plugins = [Model("table", scale * table.numbers).plugin(tmp_path) for scale in (1.0, 0.5)]
     assert plugins[0]["filename"] != plugins[1]["filename"] and len(list(tmp_path.iterdir())) == 2
+
+
+def constant(albedo):
+    """Return Models of one diffuse material: an analytic one, and a field whose last biases say the same."""
+    weights = torch.zeros(SIZE)
+    weights[-3:] = torch.log1p(torch.tensor(albedo) / torch.pi)
+    return Model("lambert", torch.tensor([albedo] * 3)), Model("field-21", weights)
+
+
+@compiled
+def test_equal_values_show_no_difference_where_both_are_drawn_by_the_same_lobes(tmp_path):
+    """Drawn by their own, they would show the noise of other paths."""
+    lobes = fit_lobes(model("glossy").material)
+    assert lobes.max() > 0.1
+    analytic, field = constant(0.6)
+    same = [render_bsdf(one.plugin(tmp_path, lobes), 24, 16) for one in (analytic, field)]
+    assert np.abs(same[0] - same[1]).max() < 1e-4
+    own = render_bsdf(field.plugin(tmp_path), 24, 16)
+    assert np.abs(own - same[1]).mean() > 1e-3
+    assert own.mean() == pytest.approx(same[1].mean(), rel=0.03)
+
+
+@compiled
+def test_a_materials_own_lobes_given_as_text_draw_what_it_draws(rung, tmp_path):
+    if rung.rung == "lambert":
+        pytest.skip("Mitsuba's own diffuse draws by other numbers")
+    own = render_bsdf(rung.plugin(tmp_path), 16, 4)
+    given = render_bsdf(rung.plugin(tmp_path, fit_lobes(rung.material)), 16, 4)
+    assert np.allclose(own, given, rtol=1e-3, atol=1e-4)
