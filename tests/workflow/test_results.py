@@ -58,3 +58,14 @@ def test_materials_of_scenes_are_found_by_name_number_and_rank(smoke):
     for name in ("vibranium", "sample-100000", "sources@1.5", "sources@"):
         with pytest.raises(NeumatError, match="material: expected a name of the manifest"):
             materials.find(name)
+
+
+def test_settings_are_chosen_on_other_requests_than_are_reported(smoke):
+    results = smoke / "results"
+    for path in ("charts/guidance.csv", "tables/text_ablation.csv"):
+        assert set(pd.read_csv(results / path)["use"]) == {"validation"}
+    table = pd.read_csv(results / "tables/conditional.csv")
+    reported = {("type", "report"), ("text", "earlier"), ("text", "report"), ("image", "report")}
+    assert set(zip(table["modality"], table["use"], strict=True)) == reported
+    types = pd.read_csv(results / "tables/conditional_types.csv").set_index("type")
+    assert types.loc["all types", "unmet"] == types["unmet"].iloc[:-1].sum()

@@ -5,6 +5,7 @@ import json
 import h5py
 
 from neumat.brdf.sources import read_sources
+from neumat.conditions.prompts import REPORT
 from neumat.conditions.synthesis import Synthesiser
 from neumat.files import atomic_path
 from neumat.reporting.conditional import FIGURES, request_figure
@@ -17,15 +18,17 @@ with stage(snakemake):
     synthesiser = Synthesiser.load(store.model)
     paths = dict(store) | {name: config_file(snakemake, f"{name}.tsv") for name in ("types", "prompts")}
     entries = read_sources(store.sources).entries
-    bench = Bench(paths, synthesiser, entries, p.config["images"], p.config["measured"], p.seed)
+    bench = Bench(REPORT, paths, synthesiser, entries, p.config["images"], p.config["measured"], p.seed)
     c = p.config
     table, types, samples = compare(bench, c["samples"], c["guidance"], c["candidates"], p.sampling_seed, progress)
     for rows, path in ((table, output.table), (types, output.types)):
         with atomic_path(path) as temporary:
             rows.to_csv(temporary, index=False)
     with atomic_path(output.samples) as temporary, h5py.File(temporary, "w") as file:
-        for modality, (requests, weights) in samples.items():
-            file[f"{modality}/requests"], file[f"{modality}/samples"] = requests.names, weights.numpy()
+        for requests, weights in samples:
+            group = file.create_group(f"{requests.modality}/{requests.use}")
+            group["requests"], group["samples"] = requests.names, weights.numpy()
         file.attrs.update(guidance=json.dumps(p.config["guidance"]), seed=p.sampling_seed)
     for modality in FIGURES:
-        request_figure(*samples[modality], p.size, p.spp, output[modality])
+        asked = next((requests, weights) for requests, weights in samples if requests.modality == modality)
+        request_figure(*asked, p.size, p.spp, output[modality])

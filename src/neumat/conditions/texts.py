@@ -72,7 +72,7 @@ def captions(facts, count, unseen, seed):
     without colour), family (empty where unknown). unseen: prompts that test what was not trained on: no caption is one
     of them, nor contains one of several words.
     """
-    unseen = [prompt.lower() for prompt in unseen]
+    unseen = [prompt.strip().lower() for prompt in unseen]
     return [_of_one(row, count, unseen, numpy_generator(seed, "captions", row.name)) for row in facts.itertuples()]
 
 
@@ -104,6 +104,7 @@ def _of_one(row, count, unseen, generator):
             object=generator.choice(OBJECTS),
             shade=generator.choice(SHADES),
         )
-        if not any(text == prompt or (" " in prompt and prompt in text) for prompt in unseen):
+        lower = text.lower()  # what a user calls a source may have capitals
+        if not any(lower == prompt or (" " in prompt and prompt in lower) for prompt in unseen):
             made.append(text)
     return made

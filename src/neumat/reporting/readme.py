@@ -91,14 +91,15 @@ def _on_demand(folder):
     if not path.exists():
         return []
     table = read_table(path)
-    shown = table.pivot_table("value", ["modality", "measure"], "method", sort=False).reset_index()
+    shown = table.pivot_table("value", ["modality", "use", "measure"], "method", sort=False).reset_index()
     lines = [
         "",
         "### Materials on demand",
         "",
         "How well samples follow their requests, by judges that share nothing with the encoders or the model but what "
         "words for colour and gloss mean. "
-        "Distances are BRDF-L1-log, RMSE that of pictures; `rank of the prompt`: median among the unseen prompts:",
+        "Distances are BRDF-L1-log, RMSE that of pictures; `rank of the prompt`: median among all reported prompts. "
+        "`use`: `earlier` for prompts on which settings had been chosen, `report` for what no setting was chosen on:",
         "",
         _table(shown),
         "",

@@ -3,7 +3,9 @@
 No judge here shares anything with the encoders or the generative model (`metrics.appearance`, `type_scorer`,
 `text_scorer`, `alignment`). Captions, and what the best candidates are told by, take their words for colour and gloss
 from where the judge does: colour and gloss of "best of k" show what is served, those without what the model knows.
-Requests are the types, the unseen prompts, and pictures of held-out materials.
+Requests are the types, the unseen prompts, and pictures of held-out materials. Prompts and pictures have two sides:
+settings are chosen on `validation`, tables report the other. Types are a closed list, so a sweep asks for the same ones
+and draws by another seed.
 """
 
 import functools
@@ -18,9 +20,10 @@ from neumat.augment.permutations import PERMUTATIONS
 from neumat.brdf.coordinates import grid_angles
 from neumat.brdf.types import read_types
 from neumat.conditions.photos import augmented, lighting
-from neumat.conditions.prompts import read_prompts
+from neumat.conditions.prompts import EARLIER, REPORT, VALIDATION, read_prompts
 from neumat.conditions.store import AZIMUTHS, RINGS, SIZE, read_conditions
 from neumat.conditions.training import PROTOCOL
+from neumat.errors import NeumatError
 from neumat.fields.field import evaluate
 from neumat.fields.store import read_neumerl
 from neumat.metrics.alignment import diversity, new_environment, rendered_distance
@@ -39,16 +42,19 @@ PICTURE_SIZE = 96  # pixels of the pictures under new lighting
 DISTANCE = "brdf_l1_log"
 UNSEEN = 50  # number of a lighting that no training picture has
 SEVERAL = 2  # sources of a type, from which a judge that has not seen the nearest one can know the type
+MET = 0.35  # share of the answers that are right, below which a type counts as not met
+SIDES = {VALIDATION: (VALIDATION,), REPORT: (EARLIER, REPORT)}  # side -> uses of its prompts
 
 
 @dataclass(frozen=True)
 class Requests:
-    """What is asked of a method: `modality`; `names` (r,) of the requests; `encoded` {the modality as the model knows
-    it: rows (r, size)}, see `Synthesiser.encode`, and `embedded`, the same as the model takes them; for images
-    `targets`, the fields shown (r, 675) or their pictures under the judge's light, and `shown` (r, H, W, 3) uint8, what
-    was asked with."""
+    """What is asked of a method: `modality`; `use`, one of `conditions.prompts.USES`; `names` (r,) of the requests;
+    `encoded` {the modality as the model knows it: rows (r, size)}, see `Synthesiser.encode`, and `embedded`, the same
+    as the model takes them; for images `targets`, the fields shown (r, 675) or their pictures under the judge's light,
+    and `shown` (r, H, W, 3) uint8, what was asked with."""
 
     modality: str
+    use: str
     names: list
     encoded: dict
     embedded: dict
@@ -66,12 +72,13 @@ class Requests:
 class Bench:
     """The requests and the judges of one evaluation. paths: neumerl, manifest, sources, types, prompts, conditions.
 
-    synthesiser: its encoders and projection make the requests. entries: of the valid MERL entries. images: how many
-    held-out materials are shown. measured: a folder of RGL files that are shown too, or None.
+    side: validation, on which settings are chosen, or report. synthesiser: its encoders and projection make the
+    requests. entries: of the valid MERL entries. images: how many held-out materials are shown. measured: a folder of
+    RGL files that are shown too, or None.
     """
 
-    def __init__(self, paths, synthesiser, entries, images, measured, seed):
-        self.seed, self.synthesiser, self.measured = seed, synthesiser, measured
+    def __init__(self, side, paths, synthesiser, entries, images, measured, seed):
+        self.side, self.seed, self.synthesiser, self.measured = side, seed, synthesiser, measured
         rows, self.table = read_manifest(paths["manifest"]), read_types(paths["types"])
         self.weights = read_neumerl(paths["neumerl"]).weights
         self.conditions = read_conditions(paths["conditions"])
@@ -89,12 +96,13 @@ class Bench:
         self.texts = TextScorer().fit(
             self.weights[own.index], material_texts(self.weights[own.index], described), own["base"].to_numpy()
         )
-        self.prompts = read_prompts(paths["prompts"], self.table["family"].unique())
+        prompts = read_prompts(paths["prompts"], self.table["family"].unique()).set_index("prompt", drop=False)
+        self.prompts = prompts[prompts["use"].isin(SIDES[side])]
         self.entries = metric_entries(entries, NOVELTY_ENTRIES, seed)
         self.training = self.materials(self.weights[self.train])
         self.sphere = FrozenSphere(PICTURE_SIZE, environment=new_environment)
         self.camera = FrozenSphere(SIZE, RINGS, AZIMUTHS, environment=lighting(UNSEEN))
-        self.shown = numpy_generator(seed, "shown materials").permutation(self.reference)[:images]
+        self.shown = shown_materials(rows["base"].to_numpy(), self.reference, images, seed)[side]
 
     def materials(self, weights):
         """Return the MaterialSet of fields (n, 675), without pictures."""
@@ -104,13 +112,12 @@ class Bench:
         """Return the Requests of each modality: types that training materials have, prompts, pictures."""
         known = [name for name in self.synthesiser.types if name in set(self.source_types)]
         rows = torch.cat([self.synthesiser.encode(type=name)["type"] for name in known])
-        prompts = list(self.prompts["prompt"])
         shown = self.weights[self.shown]
         taken = augmented(radiance_fields(self.camera, shown), self.seed, "shown")
         names = [self.conditions.facts["name"][i] for i in self.shown]
         result = [
             self._asked("type", known, {"type": rows}),
-            self._asked("text", prompts, {"text": self.synthesiser.encode_texts(prompts)}),
+            *self._texts_asked(),
             self._pictured("image", names, taken, shown),
         ]
         if self.measured:
@@ -118,8 +125,15 @@ class Bench:
             result.append(self._pictured("measured", names, augmented(linear, self.seed, "measured"), to_srgb8(judged)))
         return result
 
-    def _asked(self, modality, names, encoded, **rest):
-        return Requests(modality, names, encoded, self.synthesiser.embed(encoded), **rest)
+    def _texts_asked(self):
+        """Return the Requests of the side's prompts, those of each use for themselves."""
+        return [
+            self._asked("text", list(names), {"text": self.synthesiser.encode_texts(list(names))}, use=use)
+            for use, names in self.prompts.groupby("use")["prompt"]
+        ]
+
+    def _asked(self, modality, names, encoded, use=None, **rest):
+        return Requests(modality, use or self.side, names, encoded, self.synthesiser.embed(encoded), **rest)
 
     def _pictured(self, modality, names, taken, targets):
         encoded = {"image": self.synthesiser.encoder.encode_image(taken)}
@@ -160,7 +174,7 @@ class Bench:
             return nearest_training(values, self.training, DISTANCE)[1].numpy()
         if requests.modality == "measured":
             return np.array([], int)
-        row = self.prompts.iloc[i]
+        row = self.prompts.loc[requests.names[i]]
         if not (row["colour"] or row["gloss"]):
             return np.array([], int)
         seen = self._training_appearance
@@ -202,21 +216,23 @@ class Bench:
             "type among 3, judge has not seen it": _mean(unseen[several], "top3"),
             "family right, judge has not seen it": _mean(unseen, "family_accuracy"),
             "type right": _mean(seen, "top1"),
+            f"types met by fewer than {MET:.0%}": (int((seen["top1"] < MET).sum()), len(seen)),
         }
 
     def _texts(self, requests, weights, belongs):
-        rank = retrieval_rank(self.texts.scores(weights, requests.names, unseen=True), belongs)
+        own = self.prompts.index.get_indexer(requests.names)[belongs]
+        rank = retrieval_rank(self.texts.scores(weights, self.prompts.index, unseen=True), own)
         result = {"rank of the prompt": (np.median(rank), len(rank)), "prompt among 3": (np.mean(rank <= 3), len(rank))}
-        return result | self._words(weights, belongs)
+        return result | self._words(self.prompts.loc[requests.names], weights, belongs)
 
-    def _words(self, weights, belongs):
+    def _words(self, prompts, weights, belongs):
         """Return the share of fields of which is true what can be measured of their prompt; also of those prompts alone
         that say the word: others leave it to what one knows of walnut or asphalt."""
         seen, result = appearance(weights), {}
         for column, right in (("colour", colour_right), ("gloss", gloss_right)):
-            expected = self.prompts[column]
+            expected = prompts[column].to_numpy()
             hits = {i: right(seen[belongs == i], expected[i]) for i in np.unique(belongs) if expected[i]}
-            said = {i: hit for i, hit in hits.items() if says(self.prompts["prompt"][i], expected[i])}
+            said = {i: hit for i, hit in hits.items() if says(prompts.index[i], expected[i])}
             for measure, found in ((f"{column} right", hits), (f"{column} right, where the prompt says it", said)):
                 judged = np.concatenate([*found.values()] or [[]])
                 result[measure] = (judged.mean() if len(judged) else np.nan, len(judged))
@@ -225,6 +241,21 @@ class Bench:
     def _images(self, requests, weights, belongs):
         rmse, _ = rendered_distance(self.sphere, weights, requests.targets[belongs])
         return {"RMSE under new light": (rmse.mean(), len(rmse))}
+
+
+def shown_materials(bases, reference, images, seed):
+    """Return {side: indices} of at most `images` of the held-out materials `reference` each, drawn by the seed; no base
+    material is on both sides. bases: of every material.
+
+    Raises NeumatError where all held-out materials are of one base.
+    """
+    order = numpy_generator(seed, "shown materials").permutation(reference)
+    several = pd.unique(bases[order])
+    if len(several) < 2:
+        raise NeumatError("conditional", "held-out materials of at least two bases", ", ".join(several) or "none")
+    validation = order[np.isin(bases[order], several[: min(images, len(several) // 2)])][:images]
+    others = order[~np.isin(bases[order], bases[validation])]
+    return {VALIDATION: validation, REPORT: others[:images]}
 
 
 def _mean(table, column):

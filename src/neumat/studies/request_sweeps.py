@@ -1,4 +1,7 @@
-"""What one setting changes in how well requests are met: the guidance scale, the encoding of texts."""
+"""What one setting changes in how well requests are met: the guidance scale, the encoding of texts.
+
+Settings are chosen on these sweeps, so their Bench is one for validation; its side is a column of the tables.
+"""
 
 import numpy as np
 import pandas as pd
@@ -16,8 +19,8 @@ COLUMNS = {
 def guidance_sweep(bench, n, guidances, seed, progress=iter):
     """Return a DataFrame with a row for each guidance scale: what `draw` gives, the invalid left out but counted.
 
-    Columns: guidance, type_right (judge has not seen it), colour_right, gloss_right, image_rmse, diversity (mean over
-    the modalities), nearest (median distance to training), invalid (share).
+    Columns: use (the bench's side), guidance, type_right (judge has not seen it), colour_right, gloss_right,
+    image_rmse, diversity (mean over the modalities), nearest (median distance to training), invalid (share).
     """
     rows, model = [], bench.synthesiser.model
     everything = bench.requests()
@@ -30,7 +33,7 @@ def guidance_sweep(bench, n, guidances, seed, progress=iter):
             invalid, total = invalid + int((~good).sum()), total + len(good)
             if good.any():
                 found[requests.modality] = bench.judge(requests, weights[good], every[good.numpy()])
-        rows.append(_summary(found) | {"guidance": guidance, "invalid": invalid / total})
+        rows.append({"use": bench.side, "guidance": guidance} | _summary(found) | {"invalid": invalid / total})
     return pd.DataFrame(rows)
 
 
@@ -42,10 +45,11 @@ def _summary(found):
 
 
 def text_row(bench, n, guidance, seed):
-    """Return {measure: value} of n samples for each unseen prompt, and of the nearest training materials."""
+    """Return {"use": the bench's side, measure: value} of n samples for each prompt, and of the nearest training
+    materials."""
     requests = next(requests for requests in bench.requests() if requests.modality == "text")
     every = np.repeat(np.arange(len(requests)), n)
     weights, _ = bench.synthesiser.model.sample(len(every), seed, requests.each(n), guidance)
     row = {measure: value for measure, (value, _) in bench.judge(requests, weights, every).items()}
     nearest = bench.judge(requests, bench.nearest(requests, n), every)
-    return row | {f"null: nearest, {measure}": value for measure, (value, _) in nearest.items()}
+    return {"use": bench.side} | row | {f"null: nearest, {measure}": value for measure, (value, _) in nearest.items()}

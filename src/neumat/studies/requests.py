@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 
 from neumat.conditions.synthesis import scale
+from neumat.studies.request_bench import MET
 
 # Answers to a type that are judged, times as many as to other requests: a judge that has not seen the nearest source
 # can be had for ten types only, and their 120 answers leave a standard error of .045.
@@ -11,16 +12,16 @@ TYPE_ANSWERS = 4
 
 
 def compare(bench, n, guidance, candidates, seed, progress=iter):
-    """Return (rows, types, samples): all measures; those of each type; {modality: (Requests, fields (r n, 675))}.
+    """Return (rows, types, samples): all measures; those of each type; a list of (Requests, fields (r n, 675)).
 
-    Rows have modality, method, measure, value, materials. Methods: "conditional" at `guidance`, {modality: scale}, and
+    Rows have modality, use (what its requests serve for, see `conditions.prompts`), method, measure, value, materials.
+    Methods: "conditional" at `guidance`, {modality: scale}, and
     for texts and images "conditional, best of k", which `Synthesiser.best` chose from k `candidates` for each, as
     samples are served; "null: nearest", by the embedding, and for images "null: nearest appearance", by what is
     predicted from the picture; "null: unconditional" and the same, best of k; "training set", what training materials
-    that are right reach. types: `accuracies` of the conditional samples, by a judge that knows all sources (top1_seen)
-    and by one that has not seen the nearest.
+    that are right reach. types: `by_type` of the conditional samples.
     """
-    rows, samples, model = [], {}, bench.synthesiser.model
+    rows, samples, model = [], [], bench.synthesiser.model
     for requests in progress(bench.requests()):
         every = np.repeat(np.arange(len(requests)), n)
         more = n * TYPE_ANSWERS if requests.modality == "type" else n
@@ -35,7 +36,7 @@ def compare(bench, n, guidance, candidates, seed, progress=iter):
         if requests.shown is not None:
             alike = bench.synthesiser.alike(requests.encoded["image"])[:, :n]
             answers["null: nearest appearance"] = bench.synthesiser.weights[alike].flatten(0, 1), every
-        samples[requests.modality] = requests, weights
+        served = weights
         if requests.modality != "type" and candidates > 1:
             start = bench.synthesiser.start(requests.encoded, n, candidates)
             for method, asked, begun in (
@@ -46,13 +47,29 @@ def compare(bench, n, guidance, candidates, seed, progress=iter):
                 many = many.view(len(requests), n * candidates, -1)
                 best = bench.synthesiser.best(many, requests.encoded, n)
                 answers[f"{method}, best of {candidates}"] = best.flatten(0, 1), every
-            samples[requests.modality] = requests, answers[f"conditional, best of {candidates}"][0]
+            served = answers[f"conditional, best of {candidates}"][0]
+        samples.append((requests, served))
+        label = requests.modality, requests.use
         for method, (fields, whose) in answers.items():
             if len(fields):
                 for measure, (value, count) in bench.judge(requests, fields, whose).items():
-                    rows.append((requests.modality, method, measure, value, count))
-        rows.append((requests.modality, "conditional", "drawn anew", drawn - len(weights), len(weights)))
+                    rows.append((*label, method, measure, value, count))
+        rows.append((*label, "conditional", "drawn anew", drawn - len(weights), len(weights)))
         if requests.modality == "type":
-            types, seen = (bench.by_type(requests, weights, belongs, unseen) for unseen in (True, False))
-            types.insert(4, "top1_seen", seen["top1"])
-    return pd.DataFrame(rows, columns=["modality", "method", "measure", "value", "materials"]), types, samples
+            types = by_type(*(bench.by_type(requests, weights, belongs, unseen) for unseen in (False, True)))
+    return pd.DataFrame(rows, columns=["modality", "use", "method", "measure", "value", "materials"]), types, samples
+
+
+def by_type(seen, unseen):
+    """Return the `accuracies` of each type by a judge that knows all sources (right, the share of the answers that are
+    of the type) and by one that has not seen the nearest (top1, top3, family_accuracy).
+
+    unmet is 1 where fewer than MET of the answers are right. A last row, "all types", holds the numbers of sources, of
+    judged answers and of unmet types, and the means of the shares over the types.
+    """
+    table = unseen.copy()
+    table.insert(4, "right", seen["top1"])
+    table.insert(5, "unmet", (table["right"] < MET).astype(int))
+    counts = ["sources", "judged", "unmet"]
+    everything = table.mean(numeric_only=True).to_dict() | table[counts].sum().to_dict() | {"type": "all types"}
+    return pd.concat([table, pd.DataFrame([everything])]).astype(dict.fromkeys(counts, int)).fillna({"family": ""})

@@ -3,19 +3,30 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from neumat.conditions.prompts import read_prompts
+from neumat.conditions.prompts import EARLIER, REPORT, VALIDATION, read_prompts
 from neumat.errors import NeumatError
+from neumat.metrics.words import COLOURS, GLOSS
 
 CONFIG = Path(__file__).parents[3] / "config"
-HEADER = "prompt\tcolour\tgloss\tfamily\n"
+HEADER = "prompt\tcolour\tgloss\tfamily\tuse\n"
 
 
 def test_the_prompts_are_whole_and_unseen():
     types = pd.read_csv(CONFIG / "types.tsv", sep="\t")
     table = read_prompts(CONFIG / "prompts.tsv", set(types["family"]))
-    assert len(table) >= 33 and {"green metal", "red plastic", "highly specular material"} <= set(table["prompt"])
+    earlier = set(table["prompt"][table["use"] == EARLIER])
+    assert len(earlier) == 36 and {"green metal", "red plastic", "highly specular material"} <= earlier
     assert (table[["colour", "gloss", "family"]] != "").any(axis=1).all()
     assert not set(table["prompt"]) & set(types["description"])
+
+
+@pytest.mark.parametrize("use", [VALIDATION, REPORT])
+def test_each_side_of_the_prompts_spreads_over_colours_glosses_and_families(use):
+    types = pd.read_csv(CONFIG / "types.tsv", sep="\t")
+    table = read_prompts(CONFIG / "prompts.tsv", set(types["family"]))
+    own = table[table["use"] == use]
+    assert len(own) >= 12 and set(own["family"]) >= set(types["family"])
+    assert len(set(own["colour"]) & set(COLOURS)) >= 10 and set(own["gloss"]) >= {*GLOSS, "metallic"}
 
 
 @pytest.mark.parametrize(
@@ -23,13 +34,18 @@ def test_the_prompts_are_whole_and_unseen():
     [
         (None, "expected a table of prompts .*; found no such file"),
         ("", "expected a table of prompts"),
-        ("prompt\tcolour\nred\tred\n", "expected the columns prompt, colour, gloss, family; found"),
+        ("prompt\tcolour\nred\tred\n", "expected the columns prompt, colour, gloss, family, use; found"),
         (HEADER, "expected different prompts, at least one; found none"),
-        (HEADER + "mirror\t\t\t\n" * 2, "expected different prompts, at least one; found 'mirror'"),
-        (HEADER + "a\t\t\t\n\tred\t\t\n", "line 3: expected a prompt; found none"),
-        (HEADER + "a\treddish\t\t\n", "line 2: expected as colour one of red, .*; found 'reddish'"),
-        (HEADER + "a\t\tsticky\t\n", "line 2: expected as gloss one of matte, .*; found 'sticky'"),
-        (HEADER + "a\t\t\tglass\n", "line 2: expected as family one of metal; found 'glass'"),
+        (HEADER + "mirror\t\t\t\treport\n" * 2, "expected different prompts, at least one; found 'mirror'"),
+        (HEADER + "mirror\t\t\t\treport\nMirror \t\t\t\tvalidation\n", "found 'Mirror '"),
+        (HEADER + "a\t\t\t\treport\n", "expected prompts for validation and for report; found none for validation"),
+        (HEADER + "a\t\t\t\tearlier\n", "found none for report and validation"),
+        (HEADER + "a\t\t\t\ttraining\n", "line 2: expected as use one of validation, earlier, report; found 'tra"),
+        (HEADER + "a\t\t\t\n", "line 2: expected as use one of validation, earlier, report; found ''"),
+        (HEADER + "a\t\t\t\treport\n\tred\t\t\treport\n", "line 3: expected a prompt; found none"),
+        (HEADER + "a\treddish\t\t\treport\n", "line 2: expected as colour one of red, .*; found 'reddish'"),
+        (HEADER + "a\t\tsticky\t\treport\n", "line 2: expected as gloss one of matte, .*; found 'sticky'"),
+        (HEADER + "a\t\t\tglass\treport\n", "line 2: expected as family one of metal; found 'glass'"),
         (HEADER + "a\t\t\t\t\t\n\t\n" + "a\tb\tc\td\te\tf\tg\th\n", "expected"),
     ],
 )

@@ -1,12 +1,16 @@
 import re
+from pathlib import Path
 
 import pandas as pd
 import torch
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from neumat.conditions.store import Conditions
 from neumat.conditions.texts import COLOURS, GLOSS, captions, thing_of
 from neumat.metrics import words as measured
 
+CONFIG = Path(__file__).parents[3] / "config"
 FACTS = pd.DataFrame(
     {
         "name": ["a", "b", "c"],
@@ -32,6 +36,24 @@ def test_unseen_prompts_are_kept_out():
     texts = captions(FACTS, 500, ["red plastic", "matte"], seed=0)[0]
     assert not any("red plastic" in text or text == "matte" for text in texts)
     assert any("matte" in text for text in texts)  # one word may occur, not be the whole caption
+
+
+@settings(max_examples=30)
+@given(st.data())
+def test_no_prompt_of_the_table_is_in_a_caption(data):
+    """Whatever a material is called, even as a prompt is."""
+    prompts = list(pd.read_csv(CONFIG / "prompts.tsv", sep="\t")["prompt"])
+    things = st.sampled_from([*prompts, *(prompt.title() for prompt in prompts), "plastic", "Felt"])
+    row = {
+        "name": data.draw(st.text(max_size=5)),
+        "colour": data.draw(st.sampled_from([*COLOURS])),
+        "gloss": data.draw(st.sampled_from([*GLOSS])),
+        "thing": data.draw(things),
+        "family": data.draw(st.sampled_from(["", "metal", "fabric", "rubber", "stone"])),
+    }
+    texts = captions(pd.DataFrame([row]), 20, prompts, seed=data.draw(st.integers(0, 99)))[0]
+    assert len(texts) == 20 and not {text.lower() for text in texts} & set(prompts)
+    assert not [text for text in texts for prompt in prompts if " " in prompt and prompt in text.lower()]
 
 
 def test_captions_depend_on_the_seed_and_the_material_alone():
