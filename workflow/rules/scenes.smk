@@ -65,6 +65,8 @@ rule contact_sheet:
 # What a scene needs of its materials: fits under its own queries, and the cheapest models for each tolerance.
 rule scene_models:
     input:
+        augmerl=STORE,
+        sources=SOURCES_STORE,
         neumerl=NEUMERL,
         manifest=MANIFEST,
         samples=SAMPLES,

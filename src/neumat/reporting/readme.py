@@ -121,13 +121,15 @@ def _scenes(folder):
         return []
     models, ladder = read_table(path), read_table(folder / "tables/ladder.csv")
     columns = ["scene", "tolerance", "materials", "kept", "bytes", "bytes_share", "ns", "ns_share", "seconds_share"]
+    marks = ["fit_error", "below_fit_error", "exceeds"]
     lines = [
         "",
         "What scenes need of their materials, as shares of 675 weights everywhere (`kept`: materials that need all of "
-        "them), and the mean FLIP of the worst object, predicted and measured; `noise` is that between two pictures of "
-        "the same materials:",
+        "them), and the mean FLIP of the worst object, predicted and measured against the materials' tables (sampled "
+        "ones: their fields); `noise` is that between two pictures of the same materials, `fit_error` that of the fields. "
+        "`below_fit_error` and `exceeds` count the objects whose fields miss the tolerance, and those that exceed it:",
         "",
-        _table(models[[*columns, "predicted", "measured", "noise", "upgrades"]]),
+        _table(models[[*columns, "predicted", "measured", "noise", *marks, "upgrades"]]),
         "",
         f"![Chart 5: cost of a scene's models against the error that it may show]({folder}/charts/models.png)",
         "",

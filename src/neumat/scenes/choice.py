@@ -1,4 +1,4 @@
-"""The cheapest model of each material that keeps a picture within a tolerance of mean FLIP on every object."""
+"""The cheapest model of each material that keeps a picture within a limit of mean FLIP on every object."""
 
 from neumat.scenes.pictures import shown
 from neumat.scenes.replay import queried, replay
@@ -34,16 +34,28 @@ def alone(prediction, ladder):
     }
 
 
-def choose(prediction, ladder, errors, tolerance):
+def limits(tolerance, best):
+    """Return {object: mean FLIP that it may show}: the tolerance, or what it shows with the dearest models where that
+    is more. `best`: {object: that error}. No model but the table itself could do better."""
+    return {name: max(tolerance, error) for name, error in best.items()}
+
+
+def furthest(found, allowed):
+    """Return the object whose error, of {object: error}, exceeds its limit by most, None where none does."""
+    worst = max(found, key=lambda name: found[name] - allowed[name])
+    return worst if found[worst] > allowed[worst] else None
+
+
+def choose(prediction, ladder, errors, allowed):
     """Return ({unit: position in its ladder}, {object: predicted error}).
 
-    ladder: {unit: [Model]}, the cheapest first, the true one last; errors: of `alone`. Each material gets the cheapest
-    model that stays within the tolerance alone; then, while an object of the whole exceeds it, what shows most on it is
-    mended first. What was mended before the rest may be better than it has to be by then: the dearest first, each is
-    exchanged for the cheapest that leaves all objects within the tolerance.
+    ladder: {unit: [Model]}, the cheapest first, the dearest last; errors: of `alone`; allowed: of `limits`. Each
+    material gets the cheapest model that stays within its object's limit alone; then, while an object of the whole
+    exceeds its own, what shows most on it is mended first. What was mended before the rest may be better than it has to
+    be by then: the dearest first, each is exchanged for the cheapest that leaves all objects within their limits.
     """
     least = {
-        unit: next(k for k, error in enumerate(found) if error <= tolerance or k == len(found) - 1)
+        unit: next(k for k, error in enumerate(found) if error <= allowed[unit[0]] or k == len(found) - 1)
         for unit, found in errors.items()
     }
 
@@ -53,13 +65,13 @@ def choose(prediction, ladder, errors, tolerance):
     chosen = dict(least)
     while True:
         predicted = predict(chosen)
-        worst = max(predicted, key=predicted.get)
-        if predicted[worst] <= tolerance or not upgrade(chosen, errors, worst):
+        worst = furthest(predicted, allowed)
+        if worst is None or not upgrade(chosen, errors, worst):
             break
     for unit in sorted(chosen, key=chosen.get, reverse=True):
         for k in range(least[unit], chosen[unit]):
             cheaper = predict(chosen | {unit: k})
-            if max(cheaper.values()) <= tolerance:
+            if furthest(cheaper, allowed) is None:
                 chosen[unit], predicted = k, cheaper
                 break
     return chosen, predicted

@@ -7,6 +7,8 @@ import torch
 
 from neumat.augment.manifest import read_manifest
 from neumat.augment.permutations import PERMUTATIONS
+from neumat.brdf.coordinates import ENTRIES
+from neumat.brdf.table import Table
 from neumat.errors import NeumatError
 from neumat.fields.field import highlights
 from neumat.fields.store import read_neumerl
@@ -40,6 +42,20 @@ class Materials:
                 "material", "a name of the manifest, sample-<number>, sources@<0..1> or samples@<0..1>", repr(name)
             )
         return name, self.named[name]
+
+
+def stored_table(store, index):
+    """Return the Table of material `index` of an AugMerl."""
+    values = torch.full((ENTRIES, 3), torch.nan)
+    values[torch.as_tensor(store.entries).long()] = torch.from_numpy(store.table(index)).float()
+    return Table(values)
+
+
+def stored_tables(names, manifest_path, store):
+    """Return {name: Table} of those `names` that the manifest of an AugMerl has: sampled materials have no table."""
+    rows = read_manifest(manifest_path)
+    index = dict(zip(rows["name"], rows["index"], strict=True))
+    return {name: stored_table(store, int(index[name])) for name in names if name in index}
 
 
 def _by_highlight(names, named):

@@ -35,6 +35,11 @@ class Model:
     numbers: torch.Tensor
     seconds: float = 0.0
 
+    @classmethod
+    def of_table(cls, table, seconds=0.0):
+        """Return the Model of a Table."""
+        return cls("table", torch.where(table.valid[:, None], table.values, torch.nan).flatten(), seconds)
+
     @property
     def bytes(self):
         """Return what the numbers take, 4 bytes each."""

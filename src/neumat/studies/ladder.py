@@ -7,12 +7,12 @@ from tempfile import TemporaryDirectory
 import pandas as pd
 import torch
 
-from neumat.brdf.coordinates import ENTRIES
-from neumat.brdf.table import Table
+from neumat.render.lobes import fit_lobes
 from neumat.render.mitsuba_scene import render_bsdf
 from neumat.render.scene import to_srgb8
 from neumat.scenes.costs import nanoseconds
 from neumat.scenes.fits import even_queries, fit_analytic, fit_fields, pools, query_error
+from neumat.scenes.materials import stored_table
 from neumat.scenes.models import ANALYTIC, ANALYTIC_SHARE, SMALLER, WIDEST, Model
 
 
@@ -24,9 +24,10 @@ def ladder_table(store, materials, first, steps, size, samples, seed, progress=i
     compared, pixels and samples a pixel.
 
     material, rung, bytes, ns (of a query), fit_seconds; error: share of what is reflected under uniform angles (see
-    `fits.query_error`); psnr: dB between the 8-bit pictures of Mitsuba's sphere with the model and with the table.
+    `fits.query_error`); psnr: dB between the 8-bit pictures of Mitsuba's sphere with the model and with the table, both
+    drawn by the table's lobes.
     """
-    tables = {name: _table(store, index) for name, (index, _) in materials.items()}
+    tables = {name: stored_table(store, index) for name, (index, _) in materials.items()}
     pool = pools({name: even_queries(table, seed) for name, table in tables.items()}, tables, seed)
     fields = torch.stack([field for _, field in materials.values()])
     found = {rung: fit_analytic(rung, pool, steps // ANALYTIC_SHARE, seed) for rung in progress(ANALYTIC)}
@@ -37,10 +38,11 @@ def ladder_table(store, materials, first, steps, size, samples, seed, progress=i
     with TemporaryDirectory() as folder:
         ns = {rung: nanoseconds(models[0].plugin(Path(folder))) for rung, models in found.items()}
         for k, name in enumerate(progress(materials)):
-            truth = _picture(found["table"][k].plugin(Path(folder)), size, samples)
+            lobes = fit_lobes(tables[name])
+            truth = _picture(found["table"][k].plugin(Path(folder), lobes), size, samples)
             for rung, models in found.items():
-                plugin = models[k].plugin(Path(folder))
-                error = float((truth - _picture(plugin, size, samples)).square().mean())
+                shown = _picture(models[k].plugin(Path(folder), lobes), size, samples)
+                error = float((truth - shown).square().mean())
                 psnr = float("inf") if error == 0 else float(10 * torch.log10(torch.tensor(255**2 / error)))
                 value = models[k].material.eval(*(axis[k] for axis in pool.angles))
                 share = float(query_error(value, pool.values[k], pool.floor[k]))
@@ -49,17 +51,10 @@ def ladder_table(store, materials, first, steps, size, samples, seed, progress=i
     return pd.DataFrame(rows, columns=["material", "rung", "bytes", "ns", "fit_seconds", "error", "psnr"])
 
 
-def _table(store, index):
-    values = torch.full((ENTRIES, 3), torch.nan)
-    values[torch.as_tensor(store.entries).long()] = torch.from_numpy(store.table(index)).float()
-    return Table(values)
-
-
 def _tabulated(store, index):
     start = time.process_time()
-    table = _table(store, index)
-    values = torch.where(table.valid[:, None], table.values, torch.nan)
-    return Model("table", values.flatten(), time.process_time() - start)
+    table = stored_table(store, index)
+    return Model.of_table(table, time.process_time() - start)
 
 
 def _picture(plugin, size, samples):

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from neumat.scenes.choice import choose, upgrade
+from neumat.scenes.choice import choose, furthest, limits, upgrade
 
 TOLERANCE = 0.05
 
@@ -30,43 +30,48 @@ def ladder(errors):
     return {unit: [SimpleNamespace(material=k) for k in range(len(found))] for unit, found in errors.items()}
 
 
+def within(errors, tolerance):
+    """The same limit for every object."""
+    return {name: tolerance for name, _ in errors}
+
+
 def test_each_material_gets_the_cheapest_model_within_the_tolerance():
     errors = {("a", 0): [0.2, 0.04, 0.01, 0.0], ("b", 0): [0.03, 0.02, 0.01, 0.0]}
-    chosen, predicted = choose(Sums(errors), ladder(errors), errors, TOLERANCE)
+    chosen, predicted = choose(Sums(errors), ladder(errors), errors, within(errors, TOLERANCE))
     assert chosen == {("a", 0): 1, ("b", 0): 0}
     assert predicted == pytest.approx({"a": 0.04, "b": 0.03})
 
 
 def test_a_cheap_model_may_be_better_than_a_dear_one():
     errors = {("a", 0): [0.04, 0.3, 0.2, 0.0]}
-    assert choose(Sums(errors), ladder(errors), errors, TOLERANCE)[0] == {("a", 0): 0}
+    assert choose(Sums(errors), ladder(errors), errors, within(errors, TOLERANCE))[0] == {("a", 0): 0}
 
 
 def test_what_adds_up_on_an_object_is_mended_where_it_shows_most():
     errors = {("a", 0): [0.03, 0.01, 0.0], ("a", 1): [0.04, 0.015, 0.0], ("b", 0): [0.04, 0.01, 0.0]}
-    chosen, predicted = choose(Sums(errors), ladder(errors), errors, TOLERANCE)
+    chosen, predicted = choose(Sums(errors), ladder(errors), errors, within(errors, TOLERANCE))
     assert chosen == {("a", 0): 0, ("a", 1): 1, ("b", 0): 0}
     assert max(predicted.values()) <= TOLERANCE
 
 
 def test_what_was_mended_first_is_exchanged_where_the_rest_suffices():
     errors = {("a", 0): [0.04, 0.02, 0.0], ("a", 1): [0.035, 0.0]}
-    chosen, predicted = choose(Sums(errors), ladder(errors), errors, TOLERANCE)
+    chosen, predicted = choose(Sums(errors), ladder(errors), errors, within(errors, TOLERANCE))
     assert chosen == {("a", 0): 0, ("a", 1): 1}
     assert predicted == pytest.approx({"a": 0.04})
 
 
 def test_reflections_of_another_object_are_mended_last():
     errors = {("a", 0): [0.04, 0.0], ("b", 0): [0.045, 0.0]}
-    assert choose(Sums(errors, 0.5), ladder(errors), errors, TOLERANCE)[0] == {("a", 0): 0, ("b", 0): 1}
-    chosen, predicted = choose(Sums(errors, 1.2), ladder(errors), errors, 0.0)
+    assert choose(Sums(errors, 0.5), ladder(errors), errors, within(errors, TOLERANCE))[0] == {("a", 0): 0, ("b", 0): 1}
+    chosen, predicted = choose(Sums(errors, 1.2), ladder(errors), errors, within(errors, 0.0))
     assert chosen == {("a", 0): 1, ("b", 0): 1} and max(predicted.values()) == 0
 
 
-def test_a_tolerance_that_nothing_meets_ends_with_the_true_materials():
+def test_a_limit_that_nothing_meets_ends_with_the_dearest_models():
     errors = {("a", 0): [0.2, 0.1, 0.09], ("b", 0): [0.2, 0.1, 0.09]}
     sums = Sums(errors)
-    chosen, _ = choose(sums, ladder(errors), errors, 0.01)
+    chosen, _ = choose(sums, ladder(errors), errors, within(errors, 0.01))
     assert chosen == {unit: 2 for unit in errors} and sums.count == 1
 
 
@@ -89,3 +94,22 @@ def test_upgrade_moves_an_objects_own_materials_before_those_it_reflects():
     chosen = {("a", 0): 0, ("b", 0): 0}
     assert upgrade(chosen, errors, "a") and chosen == {("a", 0): 1, ("b", 0): 0}
     assert upgrade(chosen, errors, "a") and chosen == {("a", 0): 1, ("b", 0): 1}
+
+
+def test_an_object_may_show_what_its_dearest_models_show():
+    assert limits(0.02, {"a": 0.03, "b": 0.0}) == {"a": 0.03, "b": 0.02}
+
+
+def test_the_furthest_object_is_the_one_most_beyond_its_own_limit():
+    allowed = {"a": 0.03, "b": 0.01}
+    assert furthest({"a": 0.035, "b": 0.02}, allowed) == "b"
+    assert furthest({"a": 0.03, "b": 0.01}, allowed) is None
+
+
+def test_an_object_whose_field_misses_the_tolerance_drags_no_other_along():
+    """The best of a's models shows .03; b would meet the tolerance with its cheapest."""
+    errors = {("a", 0): [0.2, 0.05, 0.03], ("b", 0): [0.005, 0.001, 0.0]}
+    allowed = limits(0.01, {"a": 0.03, "b": 0.0})
+    chosen, predicted = choose(Sums(errors), ladder(errors), errors, allowed)
+    assert chosen == {("a", 0): 2, ("b", 0): 0}
+    assert predicted == pytest.approx({"a": 0.03, "b": 0.005})

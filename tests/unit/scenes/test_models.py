@@ -101,3 +101,12 @@ def test_a_materials_own_lobes_given_as_text_draw_what_it_draws(rung, tmp_path):
     own = render_bsdf(rung.plugin(tmp_path), 16, 4)
     given = render_bsdf(rung.plugin(tmp_path, fit_lobes(rung.material)), 16, 4)
     assert np.allclose(own, given, rtol=1e-3, atol=1e-4)
+
+
+@compiled
+def test_a_table_and_what_it_was_tabulated_from_look_alike(tmp_path):
+    lobes = fit_lobes(ROUGH)
+    glossy = Model("glossy", torch.tensor([*ROUGH.base.albedo, *ROUGH.lobe.f0, ROUGH.lobe.alpha]))
+    pictures = [render_bsdf(one.plugin(tmp_path, lobes), 32, 16) for one in (model("table"), glossy)]
+    noise = render_bsdf(glossy.plugin(tmp_path, lobes), 32, 16, seed=1) - pictures[1]
+    assert np.abs(pictures[0] - pictures[1]).mean() < 0.1 * np.abs(noise).mean()
