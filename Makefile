@@ -44,9 +44,9 @@ lint: $(STAMP)
 embedded: $(STAMP)
 	.venv/bin/python -m neumat.fields.distill $(ZIP)
 
-# Put the last full results into the README.
+# docs/results.md, the pictures of docs/ and the README's headline figures, from the run in results/.
 readme: $(STAMP)
-	.venv/bin/python -m neumat.reporting.readme results README.md
+	.venv/bin/python -m neumat.reporting.docs results docs
 
 config-table: $(STAMP)
 	.venv/bin/python -m neumat.config workflow/schemas/config.schema.json > config/README.md

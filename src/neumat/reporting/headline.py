@@ -1,0 +1,116 @@
+"""The headline figures of a run, each beside its null and its ceiling."""
+
+import pandas as pd
+
+from neumat.reporting.markdown import frame_markdown
+from neumat.tables import read_table
+
+_ABSENT = "–"
+_BEST = "conditional, best of 16"  # what requests return
+# Of requests: modality, judge's measure, method, format, words, what looking up is called.
+_REQUESTS = (
+    ("text", "colour right", _BEST, ".2f", "text: colour right, share of answers", "null: nearest"),
+    ("text", "gloss right", _BEST, ".2f", "text: gloss right, share of answers", "null: nearest"),
+    ("image", "RMSE under new light", _BEST, ".4f", "picture: RMSE under new light", "null: nearest appearance"),
+    (
+        "type",
+        "type right, judge has not seen it",
+        "conditional",
+        ".2f",
+        "type: right, share of answers",
+        "null: nearest",
+    ),
+)
+
+
+def headline(results):
+    """Return the Markdown table of headline figures of the run in the folder `results`.
+
+    A figure that the run did not make is said to be no part of it.
+    """
+    table = {
+        name: read_table(path) if (path := results / f"{name}.csv").is_file() else pd.DataFrame()
+        for name in (
+            "tables/unconditional",
+            "tables/novelty",
+            "tables/generalisation",
+            "tables/conditional",
+            "tables/constrained",
+            "charts/models",
+        )
+    }
+    rows = [
+        *_unconditional(table["tables/unconditional"]),
+        *_novelty(table["tables/novelty"]),
+        _generalisation(table["tables/generalisation"]),
+        *_requests(table["tables/conditional"]),
+        _category(table["tables/constrained"]),
+        _scene_models(table["charts/models"]),
+    ]
+    rows = [row if row[1] != _ABSENT else (row[0], "not part of this run", "", "") for row in rows]
+    return frame_markdown(pd.DataFrame(rows, columns=["figure", "neumat", "null", "ceiling"]))
+
+
+def _value(table, form, column="value", **keys):
+    """Return the value of the first row of `table` with `keys`, formatted; – without such a row."""
+    for key, value in keys.items():
+        table = table[table[key] == value] if key in table else table.iloc[:0]
+    if len(table) == 0 or pd.isna(table[column].iloc[0]):
+        return _ABSENT
+    return format(table[column].iloc[0], form)
+
+
+def _unconditional(table):
+    for metric, distance, words in (
+        ("one_nna", "brdf_l1", "1-NNA by BRDF-L1 under `parity`, % (50 is best)"),
+        ("one_nna", "neg_ssim", "1-NNA by SSIM under `parity`, % (50 is best)"),
+        ("cov", "brdf_l1", "COV by BRDF-L1 under `parity`, % (higher is better)"),
+    ):
+        ours, copies, blends, best = (
+            _value(table, ".1f", method=method, protocol="parity", metric=metric, distance=distance)
+            for method in ("hyperdiffusion", "copies", "interpolations", "training-set")
+        )
+        yield words, ours, f"{copies} (copies), {blends} (interpolations)", f"{best} (training set)"
+
+
+def _novelty(table):
+    keys = {"protocol": "parity", "distance": "brdf_l1_log", "method": "hyperdiffusion"}
+    held_out = _value(table, ".4f", "held_out_median", **keys)
+    median = _value(table, ".4f", "median", **keys)
+    yield "distance to the nearest training material, median", median, "0 (copies)", f"{held_out} (held-out materials)"
+    share = _value(table, ".1f", "near_copies_percent", **keys)
+    yield "near copies of training materials, %", share, "100 (copies)", "0"
+
+
+def _generalisation(table):
+    ours, copies, best = (
+        _value(table, ".1f", method=method, metric="one_nna", distance="brdf_l1")
+        for method in ("hyperdiffusion", "copies", "training-set")
+    )
+    return "1-NNA by BRDF-L1 over held-out sources, %", ours, f"{copies} (copies)", f"{best} (training set)"
+
+
+def _requests(table):
+    """Requests that no setting was chosen on."""
+    for modality, measure, method, form, words, lookup in _REQUESTS:
+        unasked = "null: unconditional" + (", best of 16" if method == _BEST else "")
+        ours, ignored, looked_up, best = (
+            _value(table, form, modality=modality, use="report", measure=measure, method=name)
+            for name in (method, unasked, lookup, "training set")
+        )
+        yield words, ours, f"{ignored} (no request), {looked_up} (looked up)", best
+
+
+def _category(table):
+    ours, null = (
+        format(table[table["way"] == way]["acceptance"].median(), ".2f") if len(table) else _ABSENT
+        for way in ("guided", "rejection")
+    )
+    return "category: share of draws in it, median", ours, f"{null} (no request)", "1"
+
+
+def _scene_models(table):
+    tolerance = 0.02
+    share = table[table["tolerance"] == tolerance]["bytes_share"] if len(table) else table
+    ours = format(share.median(), ".2f") if len(share) else _ABSENT
+    return f"bytes of a scene's models at mean FLIP {tolerance}, median share", ours, "1 (675 weights everywhere)", ""
