@@ -1,10 +1,9 @@
 """Every fitted material, then every sampled one, as small spheres."""
 
-import h5py
 import torch
 
 from neumat.augment.permutations import PERMUTATIONS
-from neumat.fields.store import read_neumerl
+from neumat.fields.store import read_neumerl, read_samples
 from neumat.render.sphere import FrozenSphere, render_fields
 from neumat.reporting.figures import contact_sheet, save_image
 from neumat.stage import stage
@@ -12,7 +11,6 @@ from neumat.stage import stage
 with stage(snakemake):
     params = snakemake.params
     fitted = read_neumerl(snakemake.input.neumerl).weights[:: len(PERMUTATIONS)]
-    with h5py.File(snakemake.input.samples) as file:
-        samples = torch.from_numpy(file["samples"][:])
+    samples, _ = read_samples(snakemake.input.samples)
     pictures = render_fields(FrozenSphere(params.size), torch.cat([fitted, samples]))
     save_image(contact_sheet(pictures, params.columns, gap=0), snakemake.output[0])

@@ -11,11 +11,13 @@ import numpy as np
 from neumat.augment.permutations import PERMUTATIONS, channel_order
 from neumat.brdf.coordinates import ENTRIES
 from neumat.brdf.merl import write_merl
-from neumat.brdf.sources import BLOCK, channels, read_sources
+from neumat.brdf.sources import BLOCK, LARGEST, channels, read_sources
 from neumat.errors import NeumatError
-from neumat.files import atomic_path, open_store
+from neumat.files import atomic_path, finite_halves, open_store, reading
 
 SCHEMA = 1
+WHAT = "an AugMERL store"
+MEMBERS = {"parents": ("integers", ("n", 2)), "weight": ("numbers", ("n",)), "columns": ("halves", ("c", "v"))}
 
 
 class AugMerl:
@@ -26,13 +28,21 @@ class AugMerl:
     """
 
     def __init__(self, path, sources_path):
-        self._file = open_store(path, "an AugMERL store", "parents", SCHEMA)
-        self.sources = read_sources(sources_path)
-        if self._file.attrs["sources"] != self.sources.digest:
+        self.path, self.sources = path, read_sources(sources_path)
+        self._file = open_store(path, WHAT, MEMBERS, SCHEMA)
+        with reading(path, WHAT):
+            made_from = self._file.attrs.get("sources")
+            self.parents, self.weight = self._file["parents"][:], self._file["weight"][:]
+        if made_from != self.sources.digest:
             raise NeumatError(path, "the source store that it was made from", sources_path)
-        self.entries = self.sources.entries
-        self.parents, self.weight = self._file["parents"][:], self._file["weight"][:]
-        self.n = len(self.parents)
+        self.entries, self.n = self.sources.entries, len(self.parents)
+        shape, expected = self._file["columns"].shape, (3 * self.sources.n, len(self.entries))
+        if shape != expected:
+            raise NeumatError(path, f"columns of shape {expected}", shape)
+        if not ((self.parents >= 0) & (self.parents < self.sources.n)).all():
+            raise NeumatError(path, f"parents among {self.sources.n} sources", "others")
+        if not ((self.weight >= 0) & (self.weight <= 1)).all():
+            raise NeumatError(path, "weights within 0..1", "others")
 
     def table(self, index):
         """Return material `index` = base * 6 + permutation at all entries, (V, 3) float32, 1/sr."""
@@ -50,11 +60,15 @@ class AugMerl:
 
     def blend(self, a, b, weight, positions):
         """Return the blend in PCA space of sources `a` and `b`, of which a has `weight`, as `values` does."""
-        mixed, other = (channels(self._file["columns"], parent, positions) for parent in (a, b))
+        mixed, other = (self._projected(parent, positions) for parent in (a, b))
         mixed *= weight
         other *= 1 - weight
         mixed += other
         return mixed.T
+
+    def _projected(self, source, positions):
+        """Return a source as blends are made of it, (3, m) float32."""
+        return channels(self.path, WHAT, self._file["columns"], source, positions)
 
     def materialise(self, index, path):
         """Write material `index` as a dense MERL `.binary` file."""
@@ -80,7 +94,12 @@ def write_store(path, sources, coefficients, parents, weight, attributes):
             projected = coefficients @ exact.astype(np.float64)
             negative += int((projected < 0).sum())
             projected = projected.clip(0)
-            columns[:, start : start + BLOCK] = projected
+            with np.errstate(over="ignore"):
+                stored = projected.astype(np.float16)
+            if not finite_halves(stored):
+                largest = f"{projected.max():.6g}"
+                raise NeumatError(path, f"projected sources of at most {LARGEST:.0f} / sr", largest)
+            columns[:, start : start + BLOCK] = stored
             change = np.abs(np.log1p(projected) - np.log1p(exact))
             changed += change.sum()
             largest = max(largest, float(change.max()))

@@ -12,17 +12,20 @@ import h5py
 import numpy as np
 import torch
 
-from neumat.brdf.coordinates import ENTRIES, GRID
+from neumat.brdf.coordinates import ENTRIES, GRID, above_horizon
 from neumat.brdf.download import download_merl
 from neumat.brdf.merl import read_folder, read_merl
 from neumat.brdf.names import chosen_names
 from neumat.brdf.published import merl_checksums
 from neumat.brdf.rgl import SUFFIX as RGL_SUFFIX
 from neumat.brdf.rgl import check_rgl, read_rgl
+from neumat.brdf.table import valid_entries
 from neumat.errors import NeumatError
-from neumat.files import atomic_path, open_store
+from neumat.files import atomic_path, finite_halves, open_store, reading
 
 SCHEMA = 1
+WHAT = "a store of sources"
+MEMBERS = {"names": ("text", ("n",)), "entries": ("integers", ("v",)), "columns": ("halves", ("3n", "v"))}
 BLOCK = 1 << 14  # entries at a time, of all columns
 LARGEST = float(np.finfo(np.float16).max)
 
@@ -74,11 +77,11 @@ def write_sources(config_sources, path, limit=None, progress=iter):
     columns = np.empty((3 * len(names), ENTRIES), np.float16)
     valid = np.ones(ENTRIES, bool)
     for i, (name, table) in enumerate(zip(progress(names), tables, strict=False)):
-        here = ~np.isnan(table).any(axis=1)
-        largest = table[here].max(initial=0)
-        if largest > LARGEST:
-            raise NeumatError(f"source {name}", f"values of at most {LARGEST:.0f} / sr", f"{largest:.6g}")
-        columns[3 * i : 3 * i + 3] = np.where(here[:, None], table, 0).T
+        here = valid_entries(table)
+        with np.errstate(over="ignore"):
+            columns[3 * i : 3 * i + 3] = np.where(here[:, None], table, 0).T
+        if not finite_halves(columns[3 * i : 3 * i + 3]):
+            raise NeumatError(f"source {name}", f"values of at most {LARGEST:.0f} / sr", f"{table[here].max():.6g}")
         valid &= here
     entries = np.flatnonzero(valid).astype(np.int32)
     if not len(entries):
@@ -105,15 +108,23 @@ class Sources:
     """
 
     def __init__(self, path):
-        self._file = open_store(path, "a store of sources", "columns", SCHEMA)
-        self.names = list(self._file["names"].asstr())
-        self.entries = self._file["entries"][:]
+        self.path = path
+        self._file = open_store(path, WHAT, MEMBERS, SCHEMA)
+        with reading(path, WHAT):
+            self.names = list(self._file["names"].asstr())
+            self.entries = self._file["entries"][:]
+            self.digest = self._file.attrs["digest"]
         self.n = len(self.names)
-        self.digest = self._file.attrs["digest"]
+        rows = len(self._file["columns"])
+        if rows != 3 * self.n:
+            raise NeumatError(path, f"3 columns for each of {self.n} sources", rows)
+        ascending = len(self.entries) and self.entries[0] >= 0 and (np.diff(self.entries) > 0).all()
+        if not (ascending and self.entries[-1] < ENTRIES and above_horizon().numpy()[self.entries].all()):
+            raise NeumatError(path, "ascending entries of the MERL grid above the horizon", "others")
 
     def column_block(self, start, stop):
         """Return the values of all sources at entries[start:stop]: (3N, stop - start) float16, 1/sr."""
-        return self._file["columns"][:, start:stop]
+        return read_columns(self.path, WHAT, self._file["columns"], (slice(None), slice(start, stop)))
 
     def table(self, i):
         """Return source i at all entries: (V, 3) float32, 1/sr."""
@@ -121,7 +132,7 @@ class Sources:
 
     def values(self, i, positions):
         """Return source i at `positions` (m,) within `entries`: (m, 3) float32, 1/sr."""
-        return channels(self._file["columns"], i, positions).T
+        return channels(self.path, WHAT, self._file["columns"], i, positions).T
 
 
 def read_sources(path):
@@ -129,10 +140,23 @@ def read_sources(path):
     return Sources(path)
 
 
-def channels(columns, i, positions):
-    """Return rows 3i to 3i + 2 of stored `columns` (3N, V) float16 at `positions` (m,), (3, m) float32."""
+def channels(path, what, columns, i, positions):
+    """Return rows 3i to 3i + 2 of the dataset `columns` (3N, V) float16 at `positions` (m,), (3, m) float32.
+
+    path, what: of the store, for the NeumatError where a value can't be read or is not finite.
+    """
+    rows = read_columns(path, what, columns, slice(3 * i, 3 * i + 3))
     # torch turns half precision into single several times as fast as numpy.
-    return torch.from_numpy(columns[3 * i : 3 * i + 3][:, positions]).float().numpy()
+    return torch.from_numpy(rows[:, positions]).float().numpy()
+
+
+def read_columns(path, what, columns, part):
+    """Return columns[part] of a dataset; raises NeumatError where a value can't be read or is not finite."""
+    with reading(path, what):
+        values = np.asarray(columns[part], np.float16)  # in the machine's order of bytes
+    if not finite_halves(values):
+        raise NeumatError(path, "finite reflectances", "NaN or infinite ones")
+    return values
 
 
 def gram(sources, stride=1):

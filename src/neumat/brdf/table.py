@@ -4,17 +4,28 @@ import math
 
 import torch
 
-from neumat.brdf.coordinates import ENTRIES, GRID, canonical_phi_d, cosines
+from neumat.brdf.coordinates import ENTRIES, GRID, above_horizon, canonical_phi_d, cosines
+
+
+def valid_entries(values):
+    """Return which entries of a table (1458000, 3) on the MERL grid are reflectances, bool (1458000,): those above the
+    horizon whose values are all finite and not negative. Array or tensor, like `values`.
+
+    The one place that decides it: files differ in what they hold where nothing was measured.
+    """
+    if torch.is_tensor(values):
+        return above_horizon() & (torch.isfinite(values) & (values >= 0)).all(1)
+    return valid_entries(torch.from_numpy(values)).numpy()
 
 
 class Table:
-    """A material given by its values (1458000, 3), 1/sr, on the MERL grid; NaN marks invalid entries."""
+    """A material given by its values (1458000, 3), 1/sr, on the MERL grid; those of `valid_entries` count."""
 
     def __init__(self, values):
         values = torch.as_tensor(values, dtype=torch.float32)
         if values.shape != (ENTRIES, 3):
             raise ValueError(f"expected values of shape {(ENTRIES, 3)}; found {tuple(values.shape)}")
-        self.valid = ~values.isnan().any(dim=1)
+        self.valid = valid_entries(values)
         self.values = torch.where(self.valid[:, None], values, 0.0)
 
     def eval(self, theta_h, theta_d, phi_d):

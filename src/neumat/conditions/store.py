@@ -15,13 +15,22 @@ from neumat.conditions.encoders import make_encoder
 from neumat.conditions.photos import augmented, lighting
 from neumat.conditions.prompts import read_prompts
 from neumat.conditions.texts import captions, thing_of
+from neumat.errors import NeumatError
 from neumat.fields.store import read_neumerl
-from neumat.files import atomic_path, open_store
+from neumat.files import atomic_path, read_store, reading
 from neumat.metrics.appearance import appearance
 from neumat.metrics.words import colour_name, gloss_name
 from neumat.render.sphere import FrozenSphere, radiance_fields
 
 SCHEMA = 1
+FACTS = ("name", "thing", "family", "colour", "gloss")
+MEMBERS = {
+    "type": ("numbers", ("n", "types")),
+    "captions": ("text", ("n", "captions")),
+    "text": ("numbers", ("n", "captions", "t")),
+    "image": ("numbers", ("n", "pictures", "i")),
+    **{f"facts/{name}": ("text", ("n",)) for name in FACTS},
+}
 SIZE, RINGS, AZIMUTHS = 96, 48, 64  # of the pictures that are cropped
 
 
@@ -100,13 +109,18 @@ def write_conditions(path, conditions):
 
 def read_conditions(path):
     """Return the Conditions in `path`. Raises NeumatError for another file or schema version."""
-    with open_store(path, "a store of conditions", "captions", SCHEMA) as file:
-        return Conditions(
-            encoder=file.attrs["encoder"],
-            types=json.loads(file.attrs["types"]),
-            type=torch.from_numpy(file["type"][:]),
-            facts=pd.DataFrame({name: file[f"facts/{name}"].asstr()[:] for name in file["facts"]}),
-            captions=file["captions"].asstr()[:].tolist(),
-            text=torch.from_numpy(file["text"][:]).float(),
-            image=torch.from_numpy(file["image"][:]).float(),
-        )
+    what = "a store of conditions"
+    arrays, attributes = read_store(path, what, MEMBERS, SCHEMA)
+    with reading(path, what):
+        encoder, types = attributes["encoder"], json.loads(attributes["types"])
+    if not (isinstance(encoder, str) and isinstance(types, list) and len(types) == arrays["type"].shape[1]):
+        raise NeumatError(path, f"an encoder and {arrays['type'].shape[1]} types in its attributes", attributes)
+    return Conditions(
+        encoder=encoder,
+        types=types,
+        type=torch.from_numpy(arrays["type"]).float(),
+        facts=pd.DataFrame({name: arrays[f"facts/{name}"] for name in FACTS}),
+        captions=arrays["captions"].tolist(),
+        text=torch.from_numpy(arrays["text"]).float(),
+        image=torch.from_numpy(arrays["image"]).float(),
+    )

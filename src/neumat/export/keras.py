@@ -4,8 +4,8 @@ import h5py
 import numpy as np
 
 from neumat.errors import NeumatError
-from neumat.export.parts import join, split
-from neumat.files import atomic_path
+from neumat.export.parts import check_shapes, join, split
+from neumat.files import atomic_path, reading
 
 LAYERS = ("dense_1", "dense_2", "dense_3")
 OUTPUT = "lambda_1"  # exp(x) - 1: a layer without weights
@@ -25,19 +25,36 @@ def write_keras(path, weights, metadata):
 
 
 def read_keras(path):
-    """Return the field (675,) of a Keras file of weights, whatever its layers are called.
+    """Return the field (675,) of a Keras file of weights or of a whole model, whatever its layers are called.
 
     Raises NeumatError for a missing, damaged or foreign file, a missing member, and where `parts.join` does.
     """
-    try:
-        file = h5py.File(path, "r")
-    except OSError as error:
-        raise NeumatError(path, "a Keras file of weights (HDF5)", "a damaged or foreign file") from error
-    with file:
-        if "layer_names" not in file.attrs:
-            raise NeumatError(path, "a Keras file of weights (attribute layer_names)", "another kind of HDF5 file")
-        try:
-            layers = [file[name] for name in file.attrs["layer_names"]]
-            return join(path, {name.decode(): g[name][()] for g in layers for name in g.attrs["weight_names"]})
-        except KeyError as error:
-            raise NeumatError(path, "the layers and weights that its attributes name", "one missing") from error
+    what = "a Keras file of weights (HDF5)"
+    with reading(path, what), h5py.File(path, "r") as file:
+        root = file.get("model_weights", file)  # where a whole saved model has its weights
+        if "layer_names" not in root.attrs:
+            found = "weights of Keras 3 (save them with Keras 2)" if "layers" in file else "another kind of HDF5 file"
+            raise NeumatError(path, f"{what}, with the attribute layer_names", found)
+        parts = {}
+        for layer in _names(path, root, "layer_names"):
+            group = _member(path, root, layer, h5py.Group)
+            for name in _names(path, group, "weight_names"):
+                parts[name] = _member(path, group, name, h5py.Dataset)
+        check_shapes(path, parts)  # before they are read: a foreign dataset may be of any size
+        return join(path, {name: part[()] for name, part in parts.items()})
+
+
+def _names(path, group, attribute):
+    """Return the list of str in an attribute, which some programs write as bytes and others as text."""
+    value = group.attrs.get(attribute)
+    if np.ndim(value) != 1 or not all(isinstance(name, str | bytes) for name in value):
+        raise NeumatError(path, f"a list of names in the attribute {attribute} of {group.name}", repr(value))
+    return [name.decode() if isinstance(name, bytes) else name for name in value]
+
+
+def _member(path, group, name, kind):
+    """Return the member of a group that an attribute names."""
+    found = group.get(name)
+    if not isinstance(found, kind):
+        raise NeumatError(path, "the layers and weights that its attributes name", f"no {name}")
+    return found

@@ -3,11 +3,8 @@
 import difflib
 import re
 
-import h5py
-import torch
-
 from neumat.errors import NeumatError
-from neumat.fields.store import read_neumerl
+from neumat.fields.store import read_neumerl, read_samples
 
 SAMPLE = re.compile(r"sample-(\d+)")
 
@@ -32,11 +29,7 @@ def _fitted(store, name):
 
 
 def _sample(store, name, number):
-    try:
-        with h5py.File(store, "r") as file:
-            samples = file["samples"]
-            if number >= len(samples):
-                raise NeumatError(store, f"sample-0 to sample-{len(samples) - 1}", repr(name))
-            return torch.from_numpy(samples[number])
-    except (OSError, KeyError) as error:
-        raise NeumatError(store, "a store of samples", "a missing, damaged or foreign file") from error
+    samples, _ = read_samples(store)
+    if number >= len(samples):
+        raise NeumatError(store, f"sample-0 to sample-{len(samples) - 1}", repr(name))
+    return samples[number]

@@ -3,9 +3,8 @@
 
 import numpy as np
 
-from neumat.errors import NeumatError
 from neumat.export.parts import join, split
-from neumat.files import atomic_path
+from neumat.files import atomic_path, reading
 
 MEMBERS = ("fc1", "b1", "fc2", "b2", "fc3", "b3")
 SUFFIX = f"_{MEMBERS[0]}.npy"  # of the file that stands for the set
@@ -32,9 +31,6 @@ def _files(path):
 
 
 def _load(file):
-    if not file.is_file():
-        raise NeumatError(file, "a member of a set of .npy files", "no such file")
-    try:
-        return np.load(file, allow_pickle=False)
-    except (ValueError, EOFError, OSError) as error:
-        raise NeumatError(file, "an .npy file", "a damaged or foreign file") from error
+    """Return the array of an .npy file, which np.load alone would also take for an archive of several."""
+    with reading(file, "an .npy file"), file.open("rb") as stream:
+        return np.lib.format.read_array(stream, allow_pickle=False)

@@ -16,12 +16,9 @@ def split(weights):
     return [np.ascontiguousarray(part) for layer in unpack(weights) for part in layer]
 
 
-def join(path, parts):
-    """Return the field (675,), float32, of the arrays {member of the file: W1, b1, W2, b2, W3, b3}.
-
-    Raises NeumatError for another number of arrays, other shapes (so other widths), other than floating-point
-    numbers, and values that are not finite.
-    """
+def check_shapes(path, parts):
+    """Raise NeumatError where the arrays or datasets {member of the file: W1, b1, W2, b2, W3, b3} are not those of a
+    field: another number of them, other shapes (so other widths), other than floating-point numbers."""
     if len(parts) != len(SHAPES):
         raise NeumatError(path, f"{len(SHAPES)} arrays, kernels and biases of widths {WIDTHS}", f"{len(parts)} arrays")
     for (member, part), shape in zip(parts.items(), SHAPES, strict=True):
@@ -29,6 +26,17 @@ def join(path, parts):
             raise NeumatError(path, f"{member} of shape {shape} (a field of widths {WIDTHS})", f"shape {part.shape}")
         if not np.issubdtype(part.dtype, np.floating):
             raise NeumatError(path, f"floating-point numbers in {member}", part.dtype)
+
+
+def join(path, parts):
+    """Return the field (675,), float32, of the arrays {member of the file: W1, b1, W2, b2, W3, b3}.
+
+    Raises NeumatError where `check_shapes` does, and for values that are not finite in single precision.
+    """
+    check_shapes(path, parts)
+    with np.errstate(over="ignore"):
+        parts = {member: part.astype(np.float32) for member, part in parts.items()}
+    for member, part in parts.items():
         if not np.isfinite(part).all():
             raise NeumatError(path, f"finite values in {member}", "NaN or infinite ones")
-    return torch.from_numpy(np.concatenate([part.ravel() for part in parts.values()]).astype(np.float32))
+    return torch.from_numpy(np.concatenate([part.ravel() for part in parts.values()]))

@@ -36,14 +36,14 @@ def read_material(path):
     if not path.is_file():
         raise NeumatError(path, "a material", "no such file")
     for suffix, read in READERS.items():
-        if path.name.endswith(suffix):
+        if path.name.lower().endswith(suffix):
             return read(path)
     raise NeumatError(path, f"a file that ends in {', '.join(READERS)}", "another ending")
 
 
 def _only_material(folder):
     """Return the one file of a folder that can be read."""
-    found = sorted(path for path in folder.iterdir() if path.name.endswith(tuple(READERS)))
+    found = sorted(path for path in folder.iterdir() if path.name.lower().endswith(tuple(READERS)))
     if len(found) != 1:
         names = ", ".join(path.name for path in found[:3])
         raise NeumatError(folder, "one material in the folder", f"{len(found)} ({names})" if found else "none")

@@ -1,6 +1,7 @@
 """The formats, and the one call that writes any of them."""
 
 import importlib.metadata
+import unicodedata
 from pathlib import Path
 
 import torch
@@ -31,9 +32,10 @@ def export(weights, format, folder, name, source="unknown"):
     """Write the field `weights` (675,) as `name` with the format's suffix in `folder`, and return the path.
 
     name: of the material; source: where its weights come from, for formats with metadata. For a set of files the path
-    is that of the first. Raises NeumatError for an unknown format, another number of weights, and weights that are
-    not finite.
+    is that of the first. Raises NeumatError for an unknown format, a name that no file can have, another number of
+    weights, and weights that are not finite.
     """
+    check_name(name)
     if format not in EXPORTS:
         raise NeumatError("export", f"one of {', '.join(EXPORTS)}", repr(format))
     weights = torch.as_tensor(weights, dtype=torch.float32)
@@ -47,6 +49,13 @@ def export(weights, format, folder, name, source="unknown"):
     return path
 
 
+def check_name(name):
+    """Raise NeumatError where `name` can't be a file's or would lead out of its folder."""
+    unprintable = ("Cc", "Cs", "Zl", "Zp")  # control characters and line breaks, and bytes that are no text
+    if name in ("", ".", "..") or any(c in "/\\" or unicodedata.category(c) in unprintable for c in name):
+        raise NeumatError("export", "a name without slashes, line breaks and control characters", ascii(name))
+
+
 def describe(name, source):
     """Return the metadata {text: text} of a field."""
     return {
@@ -54,7 +63,7 @@ def describe(name, source):
         "widths": "6-21-21-3, ReLU, linear last layer, f = max(exp(x) - 1, 0)",
         "layout": "W1 b1 W2 b2 W3 b3, kernels (in, out)",
         "units": "1/sr, linear RGB",
-        "coordinates": "(hx, hy, hz, dx, dy, dz), Rusinkiewicz half and difference vectors, phi_d in [0, pi)",
+        "coordinates": "(hx, hy, hz, dx, dy, dz), Rusinkiewicz half and difference vectors, phi_d folded to [0, pi)",
         "source": str(source),
         "neumat": importlib.metadata.version("neumat"),
     }

@@ -1,5 +1,6 @@
 """Source code of a field, in any language that looks like C: straight lines, weights as constants."""
 
+import hashlib
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from neumat.export.parts import split
+from neumat.fields.field import LARGEST_LOG
 from neumat.files import atomic_path
 
 TINY = "1e-7"  # below it the half vector is the normal, and its azimuth 0
@@ -34,9 +36,16 @@ def write_source(path, weights, metadata, language):
 
 
 def function_name(name):
-    """Return the name of the function for a material: "blend-000@rbg" makes brdf_blend_000_rbg."""
-    # Two underscores in a row are reserved in GLSL.
-    return re.sub(r"[^A-Za-z0-9]+", "_", f"brdf_{name}").strip("_")
+    """Return the name of the function for a material, another one for every name: "chrome" makes brdf_chrome.
+
+    Where a character is none of ASCII's letters and numbers, it becomes an underscore, and a digest of the name tells
+    it from others: "blend-000@rbg" makes brdf_blend_000_rbg_ and twelve digits.
+    """
+    if re.fullmatch(r"[A-Za-z0-9]+", name):
+        return f"brdf_{name}"
+    # Two underscores in a row are reserved in GLSL. A plain name holds none, so none of them ends like this.
+    words = re.findall(r"[A-Za-z0-9]+", name)
+    return "_".join(["brdf", *words, hashlib.sha256(name.encode()).hexdigest()[:12]])
 
 
 def source(weights, metadata, language):
@@ -69,8 +78,10 @@ def source(weights, metadata, language):
         names = [f"{prefix}{i}" for i in range(len(sums))]
         lines += [f"{number} {name} = {text};" for name, text in zip(names, sums, strict=True)]
     vector3 = language.vector3
-    lines.append(f"return max(exp({vector3}({', '.join(names)})) - 1.0, {vector3}(0.0, 0.0, 0.0));")
-    header = [f"// {key}: {value}" for key, value in metadata.items()]
+    bounded = ", ".join(f"min({name}, {LARGEST_LOG})" for name in names)
+    lines.append(f"return max(exp({vector3}({bounded})) - 1.0, {vector3}(0.0, 0.0, 0.0));")
+    # Shading languages of old take ASCII only, in comments too.
+    header = [f"// {key}: {ascii(value)[1:-1]}" for key, value in metadata.items()]
     header.append("// wi, wo: unit vectors to light and view, the normal is z; returns f, 1/sr, without the cosine")
     signature = language.signature.format(name=function_name(metadata["name"]))
     return "\n".join([*header, f"{signature} {{", *(f"    {line}" for line in lines), "}", ""])

@@ -5,6 +5,9 @@ import torch
 from neumat.brdf.coordinates import cosines, half_difference
 from neumat.fields.layout import WIDTHS, matrices, unpack
 
+# Of log(1 + f) in renderers and shaders, where float32 ends at 88.7: what is infinite, times light that is 0, would be
+# NaN in the picture.
+LARGEST_LOG = 80.0
 MATERIALS, POINTS = 16, 1 << 10  # a block: 16 x 21 x 1024 float32 stay in the second-level cache
 
 

@@ -70,6 +70,4 @@ def fit_gather(shard_paths, manifest_path, path):
     missing = int(weights.isnan().any(1).sum())
     if missing:
         raise NeumatError(path, "finite weights of every material", f"{missing} without")
-    for key in ("converged", "retried"):
-        fits[key] = fits[key].astype(bool)
     write_neumerl(path, manifest, weights, fits, config)

@@ -7,12 +7,17 @@ import h5py
 import numpy as np
 import torch
 
-from neumat.errors import NeumatError
 from neumat.fields.layout import SIZE, WIDTHS
-from neumat.files import atomic_path, open_store
+from neumat.files import atomic_path, read_store
 
 SCHEMA = 1
 PER_MATERIAL = ("loss_grid", "loss_uniform", "loss_constant", "converged", "retried")
+# What a store holds of each fit, for `files.open_store`.
+FITS = {
+    "weights": ("numbers", ("n", SIZE)),
+    **{key: ("numbers" if key.startswith("loss") else "flags", ("n",)) for key in PER_MATERIAL},
+}
+MEMBERS = FITS | {"names": ("text", ("n",)), "base": ("integers", ("n",)), "permutation": ("text", ("n",))}
 
 
 @dataclass
@@ -36,22 +41,28 @@ def write_neumerl(path, manifest, weights, fits, config):
         file["parents"] = manifest[["parent_a", "parent_b"]].to_numpy().astype("S")
         file["weight"] = manifest["weight"].to_numpy()
         for key in PER_MATERIAL:
-            file[key] = fits[key]
+            file[key] = np.asarray(fits[key], bool if FITS[key][0] == "flags" else float)
         file.attrs.update(schema_version=SCHEMA, widths=WIDTHS, layout="W1 b1 W2 b2 W3 b3, kernels (in, out)")
         file.attrs["config"] = json.dumps(config)
 
 
 def read_neumerl(path):
-    """Return the NeuMerl in `path`; raises NeumatError for a missing or foreign file and another schema version."""
-    with open_store(path, "a NeuMERL store", "weights", SCHEMA) as file:
-        if file["weights"].shape[1] != SIZE:
-            raise NeumatError(path, f"{SIZE} weights a material", file["weights"].shape[1])
-        permutation = file["permutation"].asstr()[:]
-        order = list(dict.fromkeys(permutation))
-        return NeuMerl(
-            weights=torch.tensor(file["weights"][:]),
-            names=list(file["names"].asstr()[:]),
-            base=file["base"][:],
-            permutation=np.array([order.index(p) for p in permutation]),
-            fits={key: file[key][:] for key in PER_MATERIAL},
-        )
+    """Return the NeuMerl in `path`; raises NeumatError where `files.read_store` does."""
+    arrays, _ = read_store(path, "a NeuMERL store", MEMBERS, SCHEMA)
+    order = list(dict.fromkeys(arrays["permutation"]))
+    return NeuMerl(
+        weights=torch.from_numpy(arrays["weights"]).float(),
+        names=list(arrays["names"]),
+        base=arrays["base"],
+        permutation=np.array([order.index(p) for p in arrays["permutation"]]),
+        fits={key: arrays[key] for key in PER_MATERIAL},
+    )
+
+
+def read_samples(path):
+    """Return (weights (n, 675) float32 tensor, attributes) of a file of samples that are fields.
+
+    Raises NeumatError where `files.read_store` does, so for samples of tables too.
+    """
+    arrays, attributes = read_store(path, "a store of samples", {"samples": ("numbers", ("n", SIZE))})
+    return torch.from_numpy(arrays["samples"]).float(), attributes

@@ -12,12 +12,11 @@ import mitsuba as mi
 import numpy as np
 
 from neumat.brdf.coordinates import GRID
+from neumat.fields.field import LARGEST_LOG
 from neumat.fields.layout import WIDTHS
 from neumat.render.lobes import ALPHAS, ANGLES
 
 TINY = 1e-7
-# Of log(1 + f), where float32 ends at 88.7: what is infinite, times light that is 0, would be NaN in the picture.
-LARGEST_LOG = 80.0
 
 
 def buffer(values):

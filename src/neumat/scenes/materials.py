@@ -2,7 +2,6 @@
 
 import re
 
-import h5py
 import torch
 
 from neumat.augment.manifest import read_manifest
@@ -11,7 +10,7 @@ from neumat.brdf.coordinates import ENTRIES
 from neumat.brdf.table import Table
 from neumat.errors import NeumatError
 from neumat.fields.field import highlights
-from neumat.fields.store import read_neumerl
+from neumat.fields.store import read_neumerl, read_samples
 
 
 class Materials:
@@ -22,8 +21,7 @@ class Materials:
         fitted = read_neumerl(neumerl_path)
         rows = read_manifest(manifest_path)[:: len(PERMUTATIONS)]
         rows = rows[rows["parent_a"] == rows["parent_b"]]
-        with h5py.File(samples_path) as file:
-            samples = torch.from_numpy(file["samples"][:])
+        samples, _ = read_samples(samples_path)
         self.named = dict(zip(fitted.names, fitted.weights, strict=True))
         self.named |= {f"sample-{k}": weights for k, weights in enumerate(samples)}
         self.ranked = {

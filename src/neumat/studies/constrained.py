@@ -1,6 +1,5 @@
 """What constrained synthesis costs, and how well what it finds matches the category's measured distribution."""
 
-import h5py
 import numpy as np
 import pandas as pd
 import torch
@@ -8,12 +7,16 @@ import torch
 from neumat.augment.permutations import PERMUTATIONS
 from neumat.brdf.categories import CATEGORIES, categorise
 from neumat.errors import NeumatError
+from neumat.fields.store import read_samples
 from neumat.metrics.distances import between
 from neumat.metrics.sets import one_nna
 from neumat.seeds import numpy_generator
 
 DISTANCE = "brdf_l1_log"
 MEMBERS = 240  # of a category at most, drawn at random, with which samples are compared
+# Of a file of constrained samples: what its table needs.
+ATTRIBUTES = {"category": str, "way": str, "message": str, "seconds": float}
+ATTRIBUTES |= dict.fromkeys(("wanted", "tried", "accepted", "invalid"), int)
 DRAWS = 20  # of as many members as there are samples, over which 1-NNA is averaged
 
 
@@ -22,14 +25,10 @@ def read_found(path):
 
     Raises NeumatError for another file.
     """
-    try:
-        with h5py.File(path) as file:
-            attributes = {key: value.item() if hasattr(value, "item") else value for key, value in file.attrs.items()}
-            weights = torch.from_numpy(file["samples"][:])
-        if "category" not in attributes:
-            raise KeyError("category")
-    except (OSError, KeyError) as error:
-        raise NeumatError(path, "a file of constrained samples (HDF5)", error) from error
+    weights, attributes = read_samples(path)
+    for key, kinds in ATTRIBUTES.items():
+        if not isinstance(attributes.get(key), kinds):
+            raise NeumatError(path, f"samples of a category, with the attribute {key}", repr(attributes.get(key)))
     return weights, attributes
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 import torch
 
 from neumat.brdf.rgl import SUFFIX, read_rgl
+from neumat.brdf.table import valid_entries
 from neumat.errors import NeumatError
 from neumat.render.tables import radiance_tables, table_matrix
 
@@ -13,13 +14,13 @@ def measured_pictures(folder, *spheres):
     """Return the names of the isotropic RGL .bsdf files in a folder, and for each FrozenSphere their linear pictures
     (m, size, size, 3). Raises NeumatError where the folder holds none.
     """
-    files = sorted(Path(folder).glob(f"*{SUFFIX}"))
+    files = sorted(path for path in Path(folder).glob("*") if path.suffix.lower() == SUFFIX)
     if not files:
         raise NeumatError(folder, f"{SUFFIX} files", "none")
     pictures = [[] for _ in spheres]
     for path in files:
         table = torch.from_numpy(read_rgl(path))
-        entries = torch.isfinite(table).all(1).nonzero()[:, 0]
+        entries = valid_entries(table).nonzero()[:, 0]
         for sphere, found in zip(spheres, pictures, strict=True):
             matrix, used = table_matrix(sphere, entries)
             found.append(radiance_tables(sphere, matrix, table[entries[used]]))

@@ -2,7 +2,6 @@
 
 import functools
 
-import h5py
 import numpy as np
 import torch
 
@@ -11,7 +10,8 @@ from neumat.brdf.coordinates import GRID, grid_angles
 from neumat.brdf.sources import read_sources
 from neumat.errors import NeumatError
 from neumat.fields.field import evaluate
-from neumat.fields.store import read_neumerl
+from neumat.fields.store import read_neumerl, read_samples
+from neumat.files import open_store, read_store, reading
 from neumat.metrics import frechet, inception
 from neumat.metrics.materials import MaterialSet, metric_entries
 from neumat.metrics.novelty import NOVELTY_ENTRIES, novelty
@@ -21,6 +21,7 @@ from neumat.render.tables import render_combinations, table_matrix
 from neumat.seeds import numpy_generator
 
 TRAINING_SET = "training-set"
+WHAT = "a store of samples"
 
 
 class Protocol:
@@ -67,14 +68,15 @@ class Protocol:
         return MaterialSet(self.entries, brdf, images)
 
     def samples(self, path, pictures=True):
-        """Return the MaterialSet of a file of samples. Raises NeumatError for another file."""
-        try:
-            with h5py.File(path) as file:
-                values, kind = torch.from_numpy(file["samples"][:]), file.attrs["kind"]
-                stride = int(file.attrs["stride"])
-        except (OSError, KeyError) as error:
-            raise NeumatError(path, "a file of samples (HDF5)", error) from error
-        return self.fields(values, pictures) if kind == "weights" else self.combinations(values, pictures, stride)
+        """Return the MaterialSet of a file of samples, fields or tables. Raises NeumatError for another file."""
+        with open_store(path, WHAT, {}) as file, reading(path, WHAT):
+            kind, stride = file.attrs.get("kind"), file.attrs.get("stride")
+        if kind == "weights":
+            return self.fields(read_samples(path)[0], pictures)
+        if kind != "table" or stride not in (1, 2):
+            raise NeumatError(path, f"{WHAT} of kind weights or table", f"kind {kind}, stride {stride}")
+        arrays, _ = read_store(path, WHAT, {"samples": ("numbers", ("n", 3, 3 * self.store.n))})
+        return self.combinations(torch.from_numpy(arrays["samples"]).float(), pictures, int(stride))
 
     def training_draws(self, draws, size):
         """Return the MaterialSet of `draws` sets of `size` training materials, each drawn without replacement."""

@@ -3,9 +3,10 @@ import struct
 import numpy as np
 import pytest
 
-from neumat.brdf.coordinates import ENTRIES
-from neumat.brdf.merl import BYTES, check_merl, read_folder, read_merl, write_merl
+from neumat.brdf.coordinates import ENTRIES, above_horizon
+from neumat.brdf.merl import BYTES, SCALE, check_merl, read_folder, read_merl, write_merl
 from neumat.errors import NeumatError
+from neumat.export import read_material
 from neumat.seeds import numpy_generator
 
 
@@ -13,6 +14,7 @@ from neumat.seeds import numpy_generator
 def table():
     values = numpy_generator(0, "merl").gamma(1.0, 0.3, (ENTRIES, 3)).astype(np.float32)
     values[::5] = np.nan
+    values[~above_horizon()] = np.nan
     return values
 
 
@@ -48,14 +50,16 @@ def test_scale_order_and_mask(tmp_path):
     values = read_merl(tmp_path / "a.binary")
     assert values.dtype == np.float32
     np.testing.assert_allclose(values[index], [2, 1.15, 0.166], rtol=1e-6)
-    assert np.isnan(values[100:103]).all() and np.isfinite(np.delete(values, range(100, 103), axis=0)).all()
+    up = above_horizon().numpy()
+    up[100:103] = False
+    assert np.isnan(values[~up]).all() and np.isfinite(values[up]).all()
     assert (values[200] == 0).all()
 
 
 def test_nan_is_written_as_minus_one(tmp_path, table):
     write_merl(tmp_path / "a.binary", table)
     raw = np.fromfile(tmp_path / "a.binary", "<f8", offset=12).reshape(3, -1)
-    assert (raw[:, ::5] == -1).all() and (raw >= -1).all()
+    assert (raw[:, ::5] == -1).all() and (raw[:, ~above_horizon().numpy()] == -1).all() and (raw >= -1).all()
 
 
 def test_bad_files(tmp_path):
@@ -73,11 +77,42 @@ def test_bad_files(tmp_path):
     path.write_bytes(struct.pack("<3i", 90, 90, 180) + bytes(BYTES))
     assert_one_line(path, "too long")
     write_raw(path, -good)
-    assert_one_line(path, "negative values in every entry")
-    for broken in (np.nan, np.inf):
-        good[1, 17] = broken
-        write_raw(path, good)
-        assert_one_line(path, "1 that are NaN or infinite")
+    assert_one_line(path, "above the horizon", "0.0%")
+    path.unlink()
+    path.mkdir()
+    assert_one_line(path, "a folder")
+
+
+@pytest.mark.parametrize("below", [-1.0, 0.0, 1e5, np.nan, np.inf])
+def test_what_lies_below_the_horizon_does_not_count(tmp_path, below):
+    raw = np.full((3, ENTRIES), 10.0)
+    up = above_horizon().numpy()
+    raw[:, ~up] = below
+    write_raw(tmp_path / "a.BINARY", raw)
+    values = read_material(tmp_path / "a.BINARY")
+    np.testing.assert_array_equal(values.valid, up)
+    assert list(read_folder(tmp_path)) == ["a"]
+
+
+@pytest.mark.parametrize("broken", [np.nan, np.inf, -1.0, 1e300])  # the last is infinite in single precision
+def test_half_of_the_entries_above_the_horizon_make_a_file(tmp_path, broken):
+    up = np.flatnonzero(above_horizon())
+    for share, accepted in ((0.49, True), (0.51, False)):
+        raw = np.full((3, ENTRIES), 10.0)
+        raw[1, up[: int(share * len(up))]] = broken
+        write_raw(tmp_path / "a.binary", raw)
+        if accepted:
+            assert np.isfinite(read_merl(tmp_path / "a.binary")).all(1).sum() == len(up) - int(share * len(up))
+        else:
+            assert_one_line(tmp_path / "a.binary", "50%", "49.0%")
+
+
+def test_other_orders_of_the_same_numbers_are_refused(tmp_path, table):
+    """Interleaved channels, big-endian numbers: of the right size, and of few valid entries."""
+    raw = np.where(np.isnan(table), -1.0, table / SCALE).T
+    for other in (np.ascontiguousarray(raw.T).reshape(3, -1), raw.byteswap().view("<f8")):
+        write_raw(tmp_path / "a.binary", other)
+        assert_one_line(tmp_path / "a.binary", "above the horizon")
 
 
 def test_writing_a_wrong_shape_leaves_nothing(tmp_path):

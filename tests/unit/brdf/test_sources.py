@@ -5,7 +5,7 @@ import h5py
 import numpy as np
 import pytest
 
-from neumat.brdf.coordinates import ENTRIES, GRID
+from neumat.brdf.coordinates import ENTRIES, GRID, above_horizon
 from neumat.brdf.merl import write_merl
 from neumat.brdf.sources import SOURCES, gram, read_sources, write_sources
 from neumat.errors import NeumatError
@@ -38,7 +38,8 @@ def test_keeps_the_entries_that_are_valid_in_every_source(store):
     path, values = store
     sources = read_sources(path)
     assert sources.names == ["m0", "m1"] and sources.n == 2
-    np.testing.assert_array_equal(sources.entries, np.flatnonzero(~np.isnan(values).any(axis=(0, 2))))
+    valid = ~np.isnan(values).any(axis=(0, 2)) & above_horizon().numpy()
+    np.testing.assert_array_equal(sources.entries, np.flatnonzero(valid))
     assert sources.entries.dtype == np.int32
     for i in range(2):
         table = sources.table(i)
@@ -88,6 +89,16 @@ def test_values_beyond_half_precision_and_sources_without_a_common_entry(tmp_pat
     register(monkeypatch, values)
     with pytest.raises(NeumatError, match=r"source m1.*65504.*70000"):
         write_sources({"kind": "fake"}, path)
+    values[1, 5, 2] = 65520  # the least number that becomes infinite, half a step beyond the largest half
+    register(monkeypatch, values)
+    with pytest.raises(NeumatError, match=r"source m1.*65504.*65520"):
+        write_sources({"kind": "fake"}, path)
+    values[1, 5, 2] = 65519
+    values[1, -1, 2] = 7e4  # below the horizon: no reflectance
+    register(monkeypatch, values)
+    write_sources({"kind": "fake"}, path)
+    assert read_sources(path).table(1)[5, 2] == 65504
+    path.unlink()
     values[1, 5, 2] = 1
     values[0, ::2] = np.nan
     values[1, 1::2] = np.nan
@@ -129,7 +140,7 @@ def test_a_folder_of_merl_files(merl_folder, tmp_path):
     config = {"kind": "merl", "folder": str(merl_folder), "url": None, "names": None}
     write_sources(config, tmp_path / "sources.h5")
     sources = read_sources(tmp_path / "sources.h5")
-    assert sources.names == ["ash", "zinc"] and len(sources.entries) == ENTRIES
+    assert sources.names == ["ash", "zinc"] and len(sources.entries) == above_horizon().sum()
     np.testing.assert_allclose(sources.table(1), 0.5, rtol=1e-3)
     names, _ = SOURCES["merl"](config | {"names": ["zinc"]})
     assert names == ["zinc"]
@@ -142,7 +153,7 @@ def test_a_url_downloads_what_the_folder_lacks(merl_folder, tmp_path, monkeypatc
     url = merl_folder.as_uri() + "/{name}.binary"
     names, tables = SOURCES["merl"]({"kind": "merl", "folder": tmp_path, "url": url, "names": None})
     assert names == ["ash"]
-    np.testing.assert_allclose(next(tables), 0.5, rtol=1e-6)
+    np.testing.assert_allclose(next(tables)[above_horizon()], 0.5, rtol=1e-6)
     assert (tmp_path / "ash.binary").exists()
 
 

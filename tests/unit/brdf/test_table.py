@@ -1,12 +1,13 @@
 import math
 
+import numpy as np
 import pytest
 import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from neumat.brdf.coordinates import ENTRIES, GRID, above_horizon, cosines, grid_angles, grid_axes
-from neumat.brdf.table import Table
+from neumat.brdf.table import Table, valid_entries
 from neumat.seeds import torch_generator
 
 
@@ -57,13 +58,36 @@ def test_phi_d_wraps_from_the_last_column_to_the_first():
 
 def test_invalid_corners_are_left_out():
     values = torch.full((*GRID, 3), 2.0)
-    values[10:, :, :, 1] = math.nan  # one channel is enough
+    values[10:, :, :, 1] = math.nan  # one channel is enough; the horizon is far from these angles
     table = Table(values.reshape(-1, 3))
     theta_h = grid_axes()[0].float()
     between = (theta_h[9] + theta_h[10]) / 2
     angle = torch.tensor([0.3, 0.3])
     found = table.eval(torch.stack([between, theta_h[40]]), angle, angle)
     torch.testing.assert_close(found, torch.tensor([[2.0] * 3, [0.0] * 3]))
+
+
+@pytest.mark.parametrize("kind", [torch.from_numpy, lambda values: values])
+def test_an_entry_is_valid_above_the_horizon_where_it_is_finite_and_not_negative(kind):
+    up = above_horizon().numpy()
+    assert up.mean() == pytest.approx(0.762, abs=5e-4)
+    values = np.ones((ENTRIES, 3), np.float32)
+    broken = np.flatnonzero(up)[::1000][:4]
+    values[broken, [0, 1, 2, 0]] = [np.nan, np.inf, -1e-30, -np.inf]
+    expected = up.copy()
+    expected[broken] = False
+    found = valid_entries(kind(values))
+    np.testing.assert_array_equal(np.asarray(found), expected)
+    assert type(found) is type(kind(values))
+
+
+def test_what_a_table_holds_below_the_horizon_changes_nothing():
+    values = torch.rand(ENTRIES, 3, generator=torch_generator(1, "table"))
+    angles = torch.rand(3, 2000, generator=torch_generator(2, "angles")) * math.pi / 2
+    expected = Table(torch.where(above_horizon()[:, None], values, math.nan)).eval(*angles)
+    for below in (0.0, -1.0, 1e5, math.inf, math.nan):
+        found = Table(torch.where(above_horizon()[:, None], values, below)).eval(*angles)
+        assert torch.equal(found, expected)
 
 
 def test_wrong_shape():

@@ -119,6 +119,15 @@ def test_materials_of_the_manifest(store):
     assert_one_line(["such as chrome@bgr, "], find_material, store, "chrom@bgr")
 
 
+@pytest.mark.parametrize("format", EXPORTS)
+@pytest.mark.parametrize(
+    "name", ["", ".", "..", "../x", "a/b", "a\\b", "a\nb", "a\rvec2 b", "a\x00", "a\u2028b", "\udc80"]
+)
+def test_names_that_no_file_should_have(random_field, tmp_path, format, name):
+    assert_one_line(["a name without slashes"], export, random_field, format, tmp_path / "out", name)
+    assert not list(tmp_path.iterdir())
+
+
 def test_samples(store, tmp_path):
     samples = tmp_path / "samples.h5"
     with h5py.File(samples, "w") as file:

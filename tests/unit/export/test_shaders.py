@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
+from hypothesis import given
+from hypothesis import strategies as st
 from run_shader import NO_DRIVER
 
 from neumat.brdf.coordinates import rusinkiewicz
@@ -78,6 +80,50 @@ def test_source_holds_every_weight_exactly(random_field, language, tmp_path):
     assert set(random_field.numpy()) - set(inert.numpy()) <= found
 
 
+NAMES = [
+    "红色金属",
+    "grün",
+    "gr n",
+    "steel-a",
+    "steel_a",
+    "steel a",
+    "-",
+    "--",
+    "金",
+    "3M black__tape (2)",
+    "it's",
+]
+
+
 def test_function_names_are_valid():
-    assert function_name("blend-000@rbg") == "brdf_blend_000_rbg"
-    assert function_name("3M black__tape (2)") == "brdf_3M_black_tape_2"
+    assert function_name("chrome") == "brdf_chrome"
+    assert re.fullmatch("brdf_blend_000_rbg_[0-9a-f]{12}", function_name("blend-000@rbg"))
+    for name in NAMES:
+        assert re.fullmatch(r"[a-z](_?[A-Za-z0-9])*", function_name(name))
+
+
+@given(st.lists(st.text(), unique=True, min_size=2, max_size=20))
+def test_every_name_has_a_function_of_its_own(names):
+    assert len({function_name(name) for name in names + NAMES}) == len(set(names + NAMES))
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("name", NAMES)
+def test_source_is_ascii_whatever_the_name(random_field, language, name, tmp_path):
+    source = export(random_field, language, tmp_path, name).read_bytes()
+    assert source.isascii() and source.splitlines()[0].startswith(b"// name: ")
+    assert all(
+        line.startswith(b"//") for line in source[: source.index(function_name(name).encode())].splitlines()[:-1]
+    )
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_an_exponent_beyond_float32_stays_finite(language, pairs, field, tmp_path):
+    """As the BSDF has it: what is infinite, times light that is 0, would be NaN."""
+    weights = field()
+    weights[-3:] = torch.tensor([100.0, 80.0, 1.0])
+    wi, wo = pairs[0][2000:2100], pairs[1][2000:2100]
+    found = run(weights, language, wi, wo, tmp_path)
+    lit = ((wi[:, 2] > 0) & (wo[:, 2] > 0)).nonzero()[:, 0]
+    expected = torch.expm1(torch.tensor([80.0, 80.0, 1.0])).expand(len(lit), 3)
+    torch.testing.assert_close(found[lit], expected, rtol=1e-4, atol=0)

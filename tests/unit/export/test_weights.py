@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import torch
 from safetensors import safe_open
+from safetensors.torch import load_file, save_file
 
 from neumat.export import EXPORTS, export, read_material
 from neumat.fields.distill import read_teachers
@@ -43,6 +44,31 @@ def test_safetensors_say_what_they_are(random_field, tmp_path):
         assert set(file.keys()) == {"W1", "b1", "W2", "b2", "W3", "b3"}
     assert set(metadata) == {"name", "widths", "layout", "units", "coordinates", "source", "neumat"}
     assert (metadata["name"], metadata["source"]) == ("chrome", "neumerl.h5")
+
+
+@pytest.mark.parametrize("dtype", [torch.float16, torch.bfloat16, torch.float32, torch.float64])
+def test_safetensors_of_every_floating_type(random_field, tmp_path, dtype):
+    path = export(random_field, "safetensors", tmp_path, "chrome")
+    save_file({name: tensor.to(dtype) for name, tensor in load_file(path).items()}, path)
+    expected = random_field.to(dtype).float()
+    assert torch.equal(read_material(path), expected) and read_material(path).dtype == torch.float32
+
+
+@pytest.mark.parametrize("text", [True, False])
+@pytest.mark.parametrize("root", ["/", "/model_weights"])
+def test_keras_files_of_other_versions(random_field, tmp_path, text, root):
+    """Names as text or bytes, weights alone or in a whole saved model."""
+    path = export(random_field, "keras", tmp_path, "chrome")
+    with h5py.File(path) as source, h5py.File(tmp_path / "other.h5", "w") as target:
+        group = target.require_group(root)
+        for name in source:
+            source.copy(name, group)
+        group.attrs["layer_names"] = source.attrs["layer_names"]
+        for item in (group, *group.values()):
+            for key, value in item.attrs.items():
+                if text and len(value):
+                    item.attrs[key] = [name.decode() for name in value]
+    assert torch.equal(read_material(tmp_path / "other.h5"), random_field)
 
 
 def structure(file):

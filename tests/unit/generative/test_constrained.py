@@ -123,5 +123,5 @@ def test_mistakes_end_in_one_line(tmp_path):
     with pytest.raises(NeumatError, match=r"sampler: expected samples of shape \(4, 675\); found \(4, 3\)"):
         constrained_samples(lambda n, seed: np.zeros((n, 3)), dark, 1, 4, 4, seed=0)
     (tmp_path / "x.h5").write_text("no")
-    with pytest.raises(NeumatError, match="a file of constrained samples"):
+    with pytest.raises(NeumatError, match="a store of samples"):
         read_found(tmp_path / "x.h5")
