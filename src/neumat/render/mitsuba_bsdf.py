@@ -1,13 +1,15 @@
 """Measured and neural materials as BSDF plugins of Mitsuba 3: importing this module registers them.
 
 `nbrdf`: any material that neumat reads.
-    filename: a file or folder that `neumat.export.read_material` reads, a field or a table; or a store of neumat
+    filename: a file or folder that `neumat.export.read_material` reads, a field or a table; or a store of neumat;
+        searched for as Mitsuba does for textures: beside the scene's file and on its search path
     material: the name of the material in the store
     weights: instead of a file, a text of 675 numbers, or of the numbers of a field of another width
     sampler: how directions are drawn, one of `neumat.render.lobes.SAMPLERS`; default "fitted"
     lobes: instead of a sampler, a text of the shares of `neumat.render.lobes.fit_lobes`: directions are drawn as those
         of the material that they were fitted to, so that pictures of two materials trace the same paths
-    conserve: true scales a material that reflects more than it receives down to where it doesn't; default false
+    conserve: true (or the text "true") scales a material that reflects more than it receives down to where it
+        doesn't; default false
 `merl`: a table of MERL's format, with the properties filename, sampler, lobes and conserve.
 `lambert`, `glossy`, `sgd`: the analytic models of the same names in `neumat.brdf.analytic`, with the properties
     sampler, lobes and conserve, and `parameters`, a text of numbers: albedo; albedo, f0 (three each), alpha; those of
@@ -16,87 +18,50 @@
     import neumat.render.mitsuba_bsdf
     mi.load_dict({"type": "nbrdf", "filename": "chrome.safetensors"})
 
-They are registered for the RGB variant that is set (the best one if none is) and for each that is set later.
-`weights`, a parameter of `mi.traverse`, is differentiable in the AD variants, and an update of it compiles nothing
-anew; one with NaN raises NeumatError. Directions are unit vectors. The normal side reflects only: use `twosided` for
+They are registered for the variant that is set (the best one if none is) and for each that is set later; in others than
+those of RGB, loading one raises NeumatError. `weights`, a parameter of `mi.traverse`, is differentiable in the AD
+variants, and an update of it compiles nothing anew; one with NaN, or with another number of weights, raises NeumatError
+and changes nothing. Directions are unit vectors. The normal side reflects only: use `twosided` for
 the other. Blend materials with Mitsuba's own `blendbsdf`.
 """
 
 import re
 import sys
 
-from neumat.render.variant import variant
+from neumat.render.variant import check_llvm, variant
 
-if "mitsuba" not in sys.modules:
-    variant()  # finds the LLVM library that Dr.Jit loads
+if "drjit" not in sys.modules:
+    variant()  # finds the LLVM library that Dr.Jit loads at import
 
 import drjit as dr
 import mitsuba as mi
 import torch
 
 from neumat.brdf.analytic import SGD, SGD_PARAMETERS, Glossy, Lambert
-from neumat.brdf.merl import read_merl
 from neumat.brdf.table import Table
 from neumat.errors import NeumatError
-from neumat.export import find_material, read_material
 from neumat.fields.field import Field
-from neumat.fields.layout import SIZE, WIDTHS, size, widths_of
+from neumat.fields.layout import WIDTHS, size, widths_of
 from neumat.fields.physics import largest_albedo
 from neumat.render import drjit_analytic, drjit_brdf
 from neumat.render.lobes import check_sampler, fit_lobes, read_lobes
+from neumat.render.plugin_properties import flag, material_of, parameters, table_of, text
 
+PLUGINS = ("nbrdf", "merl", "lambert", "glossy", "sgd")
 LARGEST_WEIGHT = 1e9  # with larger ones the sums of the layers could be infinite, and infinity less infinity is NaN
-
-
-def _numbers(properties, plugin, expected):
-    """Return the numbers, float64, of the text property of a plugin; raises NeumatError where there are none."""
-    key = "weights" if plugin == "nbrdf" else "parameters"
-    if key not in properties:
-        raise NeumatError(plugin, f"the property {key}", "none")
-    try:
-        return torch.tensor([float(number) for number in properties[key].split()], dtype=torch.float64)
-    except ValueError as error:
-        raise NeumatError(f"{plugin}: {key}", f"{expected} numbers", error) from error
-
-
-def _parameters(properties, plugin, count, alpha):
-    """Return the numbers (count,), float64, of an analytic plugin, of which those at `alpha` are roughnesses.
-
-    Raises NeumatError for another number of them, what is not finite, and roughnesses of 0 or less.
-    """
-    numbers, what = _numbers(properties, plugin, count), f"{plugin}: parameters"
-    if len(numbers) != count or not numbers.isfinite().all():
-        raise NeumatError(what, f"{count} finite numbers", f"{len(numbers)}, or NaN or infinite ones")
-    if not (numbers[alpha] > 0).all():
-        raise NeumatError(what, "alpha > 0", f"{numbers[alpha].min():g}")
-    return numbers
-
-
-def material_of(properties):
-    """Return the weights (n,) or the Table that the properties of an `nbrdf` name.
-
-    Raises NeumatError for a bad file, and for a number of weights that no field has.
-    """
-    if "weights" in properties:
-        weights = _numbers(properties, "nbrdf", SIZE).float()
-        widths_of(len(weights))
-        return weights
-    if "filename" not in properties:
-        raise NeumatError("nbrdf", "the property filename or weights", "neither")
-    if "material" in properties:
-        return find_material(properties["filename"], properties["material"])
-    return read_material(properties["filename"])
 
 
 def checked_field(weights, widths=WIDTHS):
     """Return the Field of weights (n,).
 
-    Raises NeumatError where one is NaN or beyond LARGEST_WEIGHT: every pixel could be NaN.
+    Raises NeumatError for another number of weights than these widths have, and where one is NaN or beyond
+    LARGEST_WEIGHT: every pixel could be NaN.
     """
+    expected = f"{size(widths)} finite numbers, at most {LARGEST_WEIGHT:g}"
+    if weights.shape != (size(widths),):
+        raise NeumatError("nbrdf: weights", expected, f"{weights.numel()} numbers")
     if not (weights.abs() <= LARGEST_WEIGHT).all():
-        raise NeumatError(
-            "nbrdf: weights", f"{size(widths)} finite numbers, at most {LARGEST_WEIGHT:g}", "larger or NaN"
-        )
+        raise NeumatError("nbrdf: weights", expected, "larger or NaN")
     return Field(weights, widths)
 
 
@@ -115,19 +80,22 @@ def load_dict(scene):
 def _classes():
     """Return the plugins {name: constructor} for the variant that is set."""
 
+    lobe = mi.BSDFFlags.GlossyReflection
+
     class Material(mi.BSDF):
         """Reflection by an isotropic material; a subclass has `value(wi, wo)`, f as a Color3f."""
 
         def __init__(self, properties, material):
             mi.BSDF.__init__(self, properties)
-            self.m_components = [mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.FrontSide]
+            self.m_components = [lobe | mi.BSDFFlags.FrontSide]
             self.m_flags = self.m_components[0]
             self.sampler = properties.get("sampler", "fitted")
             check_sampler(self.sampler)
-            self.given = read_lobes(properties["lobes"]) if "lobes" in properties else None
+            name = properties.plugin_name()
+            self.given = read_lobes(text(properties, name, "lobes")) if "lobes" in properties else None
             if self.given is not None and "sampler" in properties:
                 raise NeumatError("lobes", "no property sampler beside them", repr(self.sampler))
-            self.conserve = properties.get("conserve", False)
+            self.conserve = flag(properties, name, "conserve")
             self.adapt(material)
 
         def adapt(self, material):
@@ -141,7 +109,7 @@ def _classes():
         # ends early there.
 
         def sample(self, ctx, si, sample1, sample2, active=True):
-            active = active & (si.wi.z > 0)
+            active = active & ctx.is_enabled(lobe) & (si.wi.z > 0)
             if active is False:
                 return mi.BSDFSample3f(), mi.Color3f(0.0)
             if self.sampler == "uniform":
@@ -152,18 +120,18 @@ def _classes():
             active = active & (density > 0)
             bs = mi.BSDFSample3f()
             bs.wo, bs.eta, bs.sampled_component, bs.pdf = wo, 1.0, 0, density
-            bs.sampled_type = mi.UInt32(+mi.BSDFFlags.GlossyReflection)
+            bs.sampled_type = mi.UInt32(+lobe)
             return bs, dr.select(active, value / dr.select(active, density, 1.0), 0.0)
 
         def eval(self, ctx, si, wo, active=True):
-            active = active & (si.wi.z > 0) & (wo.z > 0)
+            active = active & ctx.is_enabled(lobe) & (si.wi.z > 0) & (wo.z > 0)
             if active is False:
                 return mi.Color3f(0.0)
             value = drjit_brdf.called(self.value, active, si.wi, wo)
             return dr.select(active, value * (self.scale * wo.z), 0.0)
 
         def pdf(self, ctx, si, wo, active=True):
-            active = active & (si.wi.z > 0) & (wo.z > 0)
+            active = active & ctx.is_enabled(lobe) & (si.wi.z > 0) & (wo.z > 0)
             if active is False:
                 return 0.0
             if self.sampler == "uniform":
@@ -182,6 +150,7 @@ def _classes():
             self.widths = widths_of(len(weights))
             Material.__init__(self, properties, checked_field(weights, self.widths))
             self.weights = drjit_brdf.buffer(weights)
+            self.accepted = drjit_brdf.buffer(weights)
 
         def value(self, wi, wo):
             return drjit_brdf.field_value(self.weights, wi, wo, self.widths)
@@ -190,7 +159,13 @@ def _classes():
             callback.put("weights", self.weights, mi.ParamFlags.Differentiable)
 
         def parameters_changed(self, keys):
-            self.adapt(checked_field(torch.from_numpy(dr.detach(self.weights).numpy()), self.widths))
+            found = dr.detach(self.weights).numpy()
+            try:
+                self.adapt(checked_field(torch.from_numpy(found), self.widths))
+            except NeumatError:  # too few weights would be read past their end
+                self.weights[:] = self.accepted
+                raise
+            self.accepted = drjit_brdf.buffer(found)
 
         def to_string(self):
             return "NeuralField[]"
@@ -222,16 +197,16 @@ def _classes():
             return "Analytic[]"
 
     def lambert(properties):
-        numbers = _parameters(properties, "lambert", 3, slice(0))
+        numbers = parameters(properties, "lambert", 3, slice(0))
         return Analytic(properties, Lambert(numbers), numbers, drjit_analytic.lambert_value)
 
     def glossy(properties):
-        numbers = _parameters(properties, "glossy", 7, slice(6, 7))
+        numbers = parameters(properties, "glossy", 7, slice(6, 7))
         model = Glossy(numbers[:3], numbers[3:6], numbers[6])
         return Analytic(properties, model, numbers, drjit_analytic.glossy_value)
 
     def sgd(properties):
-        numbers = _parameters(properties, "sgd", 3 * len(SGD_PARAMETERS), slice(6, 9))
+        numbers = parameters(properties, "sgd", 3 * len(SGD_PARAMETERS), slice(6, 9))
         model = SGD(dict(zip(SGD_PARAMETERS, numbers.view(-1, 3), strict=True)))
         return Analytic(properties, model, numbers, drjit_analytic.sgd_value)
 
@@ -240,18 +215,26 @@ def _classes():
         return (Tabulated if isinstance(material, Table) else NeuralField)(properties, material)
 
     def merl(properties):
-        if "filename" not in properties:
-            raise NeumatError("merl", "the property filename", "none")
-        return Tabulated(properties, Table(read_merl(properties["filename"])))
+        return Tabulated(properties, table_of(properties))
 
-    return {"nbrdf": nbrdf, "merl": merl, "lambert": lambert, "glossy": glossy, "sgd": sgd}
+    return dict(zip(PLUGINS, (nbrdf, merl, lambert, glossy, sgd), strict=True))
+
+
+def _not_served(properties):
+    raise NeumatError(
+        properties.plugin_name(), "an RGB variant of Mitsuba (cuda_ad_rgb, llvm_ad_rgb, scalar_rgb)", mi.variant()
+    )
 
 
 def register(*_):
-    """Register the plugins for the variant of Mitsuba that is set."""
-    if mi.variant().endswith("_rgb"):
-        for name, plugin in _classes().items():
-            mi.register_bsdf(name, plugin)
+    """Register the plugins for the variant of Mitsuba that is set; in others than RGB's, loading one says so.
+
+    Raises NeumatError where the variant needs LLVM and has none that works.
+    """
+    check_llvm(mi.variant())
+    plugins = _classes() if mi.variant().endswith("_rgb") else dict.fromkeys(PLUGINS, _not_served)
+    for name, plugin in plugins.items():
+        mi.register_bsdf(name, plugin)
 
 
 if mi.variant() is None:

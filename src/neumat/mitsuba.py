@@ -1,0 +1,12 @@
+"""All plugins of this package for Mitsuba 3: importing this module registers them.
+
+import neumat.mitsuba
+import mitsuba as mi
+
+Import it before Mitsuba, so that Dr.Jit loads an LLVM that works (see `neumat.render.variant`). What the plugins take
+is said in `neumat.render.mitsuba_bsdf`.
+"""
+
+from neumat.render.mitsuba_bsdf import load_dict
+
+__all__ = ["load_dict"]
