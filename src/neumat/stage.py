@@ -3,11 +3,11 @@
 import contextlib
 import functools
 import logging
+import os
 import sys
 import time
 from pathlib import Path
 
-import torch
 from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
@@ -29,10 +29,13 @@ def stage(snakemake):
     The log ends with the CPU time of the job, which Snakemake's benchmark takes up to 30 seconds before its end. A
     NeumatError ends in one line and exit code 1; any other exception leaves its traceback in the log as well. The
     number of threads is the rule's own (`params.torch_threads`, 1 without it) and not what the scheduler grants:
-    results must not depend on the cores.
+    results must not depend on the cores. torch, which jobs that only gather numbers go without, is told where it has
+    been imported; else its OpenMP reads the environment when it is.
     """
     threads = snakemake.params.get("torch_threads", 1)
-    torch.set_num_threads(threads)
+    os.environ["OMP_NUM_THREADS"] = str(threads)
+    if "torch" in sys.modules:
+        sys.modules["torch"].set_num_threads(threads)
     logging.basicConfig(
         level=logging.INFO,
         format=f"%(asctime)s {snakemake.rule}: %(message)s",

@@ -7,11 +7,10 @@ import pandas as pd
 
 from neumat.metrics.distances import between
 from neumat.metrics.materials import union
+from neumat.metrics.near_copies import HELD_OUT, SAMPLES
 
 NOVELTY_DISTANCES = ("brdf_l1_log", "msl")
 NOVELTY_ENTRIES = 1024  # of the metric entries, evenly spread: enough for it
-NEAR_COPY_QUANTILE = 0.05
-HELD_OUT, SAMPLES = "held-out", "samples"
 
 
 def nearest_training(materials, training, distance):
@@ -41,28 +40,3 @@ def novelty(reference, samples, training, method, protocol):
     result.insert(0, "method", method)
     result.insert(1, "protocol", protocol)
     return result
-
-
-def novelty_summary(rows):
-    """Return one row per method, protocol and distance of `novelty` rows: the medians of the distances to training
-    of samples and of held-out materials, and the share of near copies in percent, which are the samples no farther
-    from training than the nearest 5 % of the held-out (the threshold)."""
-    summary = []
-    for (method, protocol, distance), group in rows.groupby(["method", "protocol", "distance"], sort=False):
-        held_out = group.loc[group["set"] == HELD_OUT, "value"]
-        samples = group.loc[group["set"] == SAMPLES, "value"]
-        threshold = held_out.quantile(NEAR_COPY_QUANTILE)
-        summary.append(
-            {
-                "method": method,
-                "protocol": protocol,
-                "distance": distance,
-                "median": samples.median(),
-                "held_out_median": held_out.median(),
-                "threshold": threshold,
-                "near_copies_percent": 100 * (samples <= threshold).mean(),
-                "n_samples": len(samples),
-                "n_held_out": len(held_out),
-            }
-        )
-    return pd.DataFrame(summary)

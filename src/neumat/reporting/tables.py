@@ -5,8 +5,7 @@ from importlib import resources
 import numpy as np
 import pandas as pd
 
-from neumat.metrics import inception
-from neumat.metrics.novelty import novelty_summary
+from neumat.metrics.near_copies import novelty_summary
 from neumat.seeds import numpy_generator
 
 # The rows' order and names; a method that is not listed comes last, under its own name.
@@ -22,6 +21,7 @@ LABELS = {
     "noisy-copies": "null: copies + noise",
     "interpolations": "null: interpolations",
 }
+INCEPTION = "Frechet-Inception64"  # what `metrics.score` calls the distance of these features
 _TITLES = {
     "one_nna": "1-NNA, % (50 is best)",
     "cov": "COV, % (higher is better)",
@@ -85,14 +85,14 @@ def table2_markdown(table):
         ]
         if len(figures):
             missing = "The published MMD on BRDF-L1 is in raw MERL counts: not shown."
-            if f"Frechet-{inception.NAME}" not in set(part["metric"]):
+            if INCEPTION not in set(part["metric"]):
                 missing += " Nor is FID (64 Inception features), which needs `evaluate.inception`."
             lines += [missing, ""]
     return "\n".join(lines)
 
 
 def novelty_table(novelty_csvs):
-    """Return `neumat.metrics.novelty.novelty_summary` over several files of novelty rows."""
+    """Return `neumat.metrics.near_copies.novelty_summary` over several files of novelty rows."""
     return novelty_summary(pd.concat([pd.read_csv(path) for path in novelty_csvs], ignore_index=True))
 
 

@@ -4,11 +4,11 @@ import numpy as np
 import pandas as pd
 from sklearn.cluster import KMeans
 
-from neumat.brdf.statistics import CHANNELS
 from neumat.errors import NeumatError
 from neumat.studies.categories import PAPER_BOUNDARIES
 
 CLUSTERS = 3
+QUANTITIES = (*(f"{of}_{channel}" for of in ("mean", "maximum") for channel in "rgb"), "inner_maximum")
 
 
 def cluster(values, logarithmic, seed=0):
@@ -33,7 +33,7 @@ def kmeans_table(statistics, seed=0):
     paper's two thresholds.
     """
     rows = []
-    for quantity in (*CHANNELS, "inner_maximum"):
+    for quantity in QUANTITIES:
         for scale in ("linear", "logarithmic"):
             labels, boundaries = cluster(statistics[quantity], scale == "logarithmic", seed)
             counts = np.bincount(labels, minlength=CLUSTERS)

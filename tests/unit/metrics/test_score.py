@@ -4,7 +4,8 @@ import torch
 from neumat.errors import NeumatError
 from neumat.metrics.distances import DISTANCES
 from neumat.metrics.materials import union
-from neumat.metrics.novelty import HELD_OUT, SAMPLES, novelty, novelty_summary
+from neumat.metrics.near_copies import HELD_OUT, SAMPLES, novelty_summary
+from neumat.metrics.novelty import novelty
 from neumat.metrics.score import COLUMNS, score
 
 
