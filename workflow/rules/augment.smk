@@ -15,6 +15,10 @@ rule augment:
         "results/benchmarks/augment.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
     params:
         code=code("augment"),
         augment=section("augment"),
@@ -44,6 +48,10 @@ rule augmentation_figures:
         "results/benchmarks/augmentation_figures.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=1500,
+        runtime=10,
     params:
         code=code("augmentation_figures"),
         size=config["render"]["grid_size"],

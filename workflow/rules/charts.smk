@@ -21,6 +21,10 @@ rule chart_fit:
         "results/benchmarks/chart_fit.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=4500,
+        runtime=180,
     params:
         code=code("chart_fit"),
         fit=section("fit", "materials_per_job", "independent"),
@@ -72,6 +76,10 @@ rule chart_sampling:
         "results/benchmarks/chart_sampling.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=2500,
+        runtime=45,
     params:
         code=code("chart_sampling"),
         hyperparameters=hyperparameters_of("hyperdiffusion"),
@@ -106,6 +114,10 @@ rule chart_bsdf:
         "results/benchmarks/chart_bsdf.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=1500,
+        runtime=10,
     params:
         code=code("chart_bsdf"),
         samples=config["charts"]["bsdf_samples"],

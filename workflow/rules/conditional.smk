@@ -16,6 +16,10 @@ rule conditions:
     priority: 1
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=6000,
+        runtime=15,
     params:
         code=code("conditions"),
         types=contents("config/types.tsv"),
@@ -41,6 +45,10 @@ rule projection:
         "results/benchmarks/projection{power}.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=1500,
+        runtime=10,
     params:
         code=code("projection"),
         projection=lambda wildcards: projection_of(wildcards.power),
@@ -65,6 +73,10 @@ rule tune:
         "results/benchmarks/tune{power}.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=1500,
+        runtime=45,
     params:
         code=code("tune"),
         tuning=config["conditional"]["tuning"],
@@ -118,6 +130,10 @@ rule conditional:
         "results/benchmarks/conditional.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=2500,
+        runtime=45,
     params:
         code=code("conditional"),
         types_of_materials=contents("config/types.tsv"),
@@ -155,6 +171,10 @@ rule chart_guidance:
         "results/benchmarks/chart_guidance.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=2000,
+        runtime=10,
     params:
         code=code("chart_guidance"),
         types_of_materials=contents("config/types.tsv"),
@@ -188,6 +208,10 @@ rule text_ablation:
         "results/benchmarks/text_ablation.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=2000,
+        runtime=10,
     params:
         code=code("text_ablation"),
         types_of_materials=contents("config/types.tsv"),

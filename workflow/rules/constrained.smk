@@ -11,6 +11,10 @@ rule category_statistics:
         "results/benchmarks/category_statistics.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
     params:
         code=code("category_statistics"),
         f_diffuse=config["constrained"]["rules"]["f_diffuse"],
@@ -49,6 +53,10 @@ rule categories:
         "results/benchmarks/categories.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
     params:
         code=code("categories"),
         types=contents("config/types.tsv"),
@@ -83,6 +91,10 @@ rule category_figures:
         "results/benchmarks/category_figures.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
     params:
         code=code("category_figures"),
         types=contents("config/types.tsv"),
@@ -106,6 +118,10 @@ rule constrained:
         "results/benchmarks/constrained/{way}{category}.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
     params:
         code=code("constrained"),
         constrained=section("constrained", "categories"),
@@ -130,6 +146,10 @@ rule constrained_sheet:
         "results/benchmarks/constrained_sheet/{way}{category}.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
     params:
         code=code("constrained_sheet"),
         size=config["render"]["grid_size"],
@@ -156,6 +176,10 @@ rule by_category:
         "results/benchmarks/by_category.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
     params:
         code=code("by_category"),
         size=config["render"]["grid_size"],
@@ -192,6 +216,10 @@ rule constrained_table:
         "results/benchmarks/constrained_table.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
     params:
         code=code("constrained_table"),
         rules=config["constrained"]["rules"],

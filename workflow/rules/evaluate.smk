@@ -18,6 +18,10 @@ rule score:
         "results/benchmarks/score/{protocol}/{method}.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=3000,
+        runtime=10,
     params:
         code=code("score"),
         draws=config["evaluate"]["draws"],
@@ -49,6 +53,10 @@ rule unconditional:
         "results/benchmarks/unconditional.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
     params:
         code=code("table"),
         bootstrap=config["evaluate"]["bootstrap"],
@@ -96,6 +104,10 @@ rule novelty_table:
         "results/benchmarks/novelty_table.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
     params:
         code=code("novelty_table"),
     script:
@@ -125,6 +137,10 @@ rule novelty_figures:
         "results/benchmarks/novelty_figures.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=2500,
+        runtime=10,
     params:
         code=code("novelty_figures"),
         set_size=config["evaluate"]["set_size"],

@@ -14,6 +14,10 @@ rule export:
         material="[^/]+",
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
     params:
         code=code("export"),
     script:

@@ -10,6 +10,10 @@ rule fit_first:
         "results/benchmarks/fit_first.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
     params:
         code=code("fit_first"),
         fit=section("fit", "materials_per_job", "independent"),
@@ -31,6 +35,10 @@ rule fit_shard:
         "results/benchmarks/fit_shard/{scatteritem}.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=2000,
+        runtime=15,
     params:
         code=code("fit_shard"),
         fit=section("fit", "materials_per_job"),
@@ -52,6 +60,10 @@ rule fit_gather:
         "results/benchmarks/fit_gather.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
     params:
         code=code("fit_gather"),
     script:
@@ -76,6 +88,10 @@ rule fit_quality:
         "results/benchmarks/fit_quality.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=2500,
+        runtime=10,
     params:
         code=code("fit_quality"),
         size=config["render"]["size"],

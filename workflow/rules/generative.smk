@@ -12,6 +12,10 @@ rule train:
     priority: 1  # the longest jobs first, so that no core idles at the end
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=30,
     params:
         code=code("train"),
         hyperparameters=lambda wildcards: hyperparameters_of(wildcards.method),
@@ -33,6 +37,10 @@ rule sample:
         "results/benchmarks/sample/{protocol}/{method}.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
     params:
         code=code("sample"),
         samples=config["evaluate"]["draws"] * config["evaluate"]["set_size"],

@@ -14,6 +14,10 @@ rule verify_renderer:
         "results/benchmarks/verify_renderer.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=2500,
+        runtime=15,
     params:
         code=code("verify_renderer"),
         materials=config["render"]["verify_materials"],
@@ -38,6 +42,10 @@ rule grid:
         "results/benchmarks/grid.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
     params:
         code=code("grid"),
         render=section("render", "size", "verify_materials", "verify_samples"),
@@ -61,6 +69,10 @@ rule physics:
         "results/benchmarks/physics.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
     params:
         code=code("physics"),
     script:
@@ -89,6 +101,10 @@ rule method_sheet:
         "results/benchmarks/method_sheet.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=2500,
+        runtime=10,
     params:
         code=code("method_sheet"),
         methods=config["evaluate"]["methods"],

@@ -12,6 +12,10 @@ rule run_table:
         "results/logs/run_table{target}.log",
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
     params:
         code=code("run_table"),
         shards=SHARDS,

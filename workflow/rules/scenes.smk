@@ -16,6 +16,10 @@ rule scene:
         "results/benchmarks/scene/{scene}.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=15,
     params:
         code=code("scene"),
         layout=lambda wildcards: layout_of(wildcards.scene),
@@ -54,6 +58,10 @@ rule contact_sheet:
         "results/benchmarks/contact_sheet.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
     params:
         code=code("contact_sheet"),
         size=config["render"]["contact_size"],
@@ -79,6 +87,10 @@ rule scene_models:
         "results/benchmarks/scene_models/{scene}.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=3000,
+        runtime=90,
     params:
         code=code("scene_models"),
         layout=lambda wildcards: layout_of(wildcards.scene),
@@ -118,6 +130,10 @@ rule chart_models:
         "results/benchmarks/chart_models.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
     params:
         code=code("chart_models"),
         scenes=config["scenes"]["names"],
@@ -144,6 +160,10 @@ rule ladder:
         "results/benchmarks/ladder.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=1500,
+        runtime=15,
     params:
         code=code("ladder"),
         steps=config["scenes"]["fit_steps"],

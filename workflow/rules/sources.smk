@@ -9,6 +9,10 @@ if config["sources"]["url"]:
             "results/benchmarks/download.tsv"
         conda:
             "../envs/neumat.yaml"
+        threads: 1
+        resources:
+            mem_mb=1000,
+            runtime=150,
         params:
             code=code("download"),
             url=config["sources"]["url"],
@@ -29,6 +33,10 @@ rule sources:
         "results/benchmarks/sources.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=2000,
+        runtime=10,
     params:
         code=code("sources"),
         sources=section("sources", "url"),

@@ -16,6 +16,10 @@ rule stability_conditional:
         "results/benchmarks/stability_conditional.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=1500,
+        runtime=10,
     params:
         code=code("stability_conditional"),
         guidance=config["conditional"]["guidance"],
@@ -43,6 +47,10 @@ rule stability_render:
         "results/benchmarks/stability_render.tsv"
     conda:
         "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
     params:
         code=code("stability_render"),
         seed=config["seed"],
