@@ -4,16 +4,21 @@ import difflib
 import re
 
 from neumat.errors import NeumatError
+from neumat.export.npy import read_rows
 from neumat.fields.store import read_neumerl, read_samples
 
 SAMPLE = re.compile(r"sample-(\d+)")
 
 
 def find_material(store, name):
-    """Return the weights (675,) of `name` in a NeuMERL store, or of "sample-12" in a store of samples.
+    """Return the weights (675,) of `name` in a NeuMERL store, of "sample-12" in a store of samples, or of the number
+    "12" in a file weights.npy (n, 675), counted from 0.
 
     Raises NeumatError for an unknown name, with those that are nearest to it, and for a foreign store.
     """
+    name = str(name)
+    if str(store).lower().endswith(".npy"):
+        return _row(store, name)
     match = SAMPLE.fullmatch(name)
     return _sample(store, name, int(match[1])) if match else _fitted(store, name)
 
@@ -26,6 +31,13 @@ def _fitted(store, name):
         near = difflib.get_close_matches(name, alike, 3, 0)
         raise NeumatError(store, f"the name of a material, such as {', '.join(near)}", repr(name))
     return fitted.weights[fitted.names.index(name)]
+
+
+def _row(path, name):
+    rows = read_rows(path)
+    if not (name.isdecimal() and int(name) < len(rows)):
+        raise NeumatError(path, f"the number of a material, 0 to {len(rows) - 1}", repr(name))
+    return rows[int(name)]
 
 
 def _sample(store, name, number):

@@ -7,14 +7,16 @@ from neumat.brdf.rgl import read_rgl
 from neumat.brdf.table import Table
 from neumat.errors import NeumatError
 from neumat.export.keras import read_keras
-from neumat.export.npy import SUFFIX, read_npy
+from neumat.export.npy import PART, SUFFIX, read_npy, read_row
 from neumat.export.safetensors import read_safetensors
+from neumat.files import reading
 
 # {suffix: function(path) -> weights (675,) or Table}
 READERS = {
     ".binary": lambda path: Table(read_merl(path)),
     ".bsdf": lambda path: Table(read_rgl(path)),
     SUFFIX: read_npy,
+    ".npy": read_row,
     ".h5": read_keras,
     ".safetensors": read_safetensors,
 }
@@ -43,7 +45,10 @@ def read_material(path):
 
 def _only_material(folder):
     """Return the one file of a folder that can be read."""
-    found = sorted(path for path in folder.iterdir() if path.name.lower().endswith(tuple(READERS)))
+    with reading(folder, "a folder of one material"):
+        names = sorted(path.name for path in folder.iterdir())
+    known = [name for name in names if name.lower().endswith(tuple(READERS)) and not PART.search(name.lower())]
+    found = [folder / name for name in known]
     if len(found) != 1:
         names = ", ".join(path.name for path in found[:3])
         raise NeumatError(folder, "one material in the folder", f"{len(found)} ({names})" if found else "none")

@@ -3,7 +3,7 @@
 `nbrdf`: any material that neumat reads.
     filename: a file or folder that `neumat.export.read_material` reads, a field or a table; or a store of neumat;
         searched for as Mitsuba does for textures: beside the scene's file and on its search path
-    material: the name of the material in the store
+    material: the name of the material in the store, or its number in a file weights.npy
     weights: instead of a file, a text of 675 numbers, or of the numbers of a field of another width
     sampler: how directions are drawn, one of `neumat.render.lobes.SAMPLERS`; default "fitted"
     lobes: instead of a sampler, a text of the shares of `neumat.render.lobes.fit_lobes`: directions are drawn as those

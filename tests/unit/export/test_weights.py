@@ -1,6 +1,13 @@
 """The formats of weights: exact round trips, and the layout of the published files."""
 
+import base64
 import io
+import json
+import math
+import os
+import shutil
+import subprocess
+import sys
 import zipfile
 from pathlib import Path
 
@@ -11,8 +18,12 @@ import torch
 from safetensors import safe_open
 from safetensors.torch import load_file, save_file
 
-from neumat.export import EXPORTS, export, read_material
+from neumat.brdf.coordinates import half_difference, rusinkiewicz
+from neumat.errors import NeumatError
+from neumat.export import EXPORTS, export, find_material, read_material
+from neumat.export.keras import architecture, exp_minus_one
 from neumat.fields.distill import read_teachers
+from neumat.fields.field import log_reflectance
 
 FORMATS = ["npy", "keras", "safetensors"]
 PUBLISHED = sorted((Path(__file__).parents[4] / "shared" / "data" / "nbrdf").glob("*_nbrdf.zip"))
@@ -71,16 +82,97 @@ def test_keras_files_of_other_versions(random_field, tmp_path, text, root):
     assert torch.equal(read_material(tmp_path / "other.h5"), random_field)
 
 
+def character_set(attribute):
+    """Return whether an attribute is ASCII or UTF-8, which decides whether older programs read it as bytes or text."""
+    kind = attribute.get_type()
+    return kind.get_cset() if isinstance(kind, h5py.h5t.TypeStringID) else None
+
+
 def structure(file):
     """Return {member: attributes, type and shape} of an HDF5 file."""
 
     def describe(item):
-        attributes = {key: (np.asarray(value).dtype, np.asarray(value).tolist()) for key, value in item.attrs.items()}
+        attributes = {
+            key: (item.attrs.get_id(key).get_type().get_class(), character_set(item.attrs.get_id(key)), value.tolist())
+            for key, value in ((key, np.asarray(value)) for key, value in item.attrs.items())
+        }
         return attributes, (item.dtype, item.shape) if isinstance(item, h5py.Dataset) else None
 
     found = {"": describe(file)}
     file.visititems(lambda name, item: found.update({name: describe(item)}))
     return found
+
+
+def test_the_architecture_beside_the_keras_file(random_field, pairs, tmp_path):
+    """Read as Keras does, layer by layer, it is the field."""
+    path = export(random_field, "keras", tmp_path, "chrome")
+    model = json.loads(path.with_suffix(".json").read_text())
+    *dense, last = model["config"]["layers"]
+    x = half_difference(*rusinkiewicz(*pairs)).numpy()
+    assert dense[0]["config"]["batch_input_shape"] == [None, x.shape[1]]
+    with h5py.File(path) as file:
+        for layer, relu in zip(dense, (True, True, False), strict=True):
+            group = file[layer["config"]["name"]]
+            kernel, bias = (group[name] for name in group.attrs["weight_names"])
+            assert layer["class_name"] == "Dense" and kernel.shape == (x.shape[1], layer["config"]["units"])
+            x = x @ kernel[()] + bias[()]
+            assert layer["config"]["activation"] == ("relu" if relu else "linear")
+            x = np.maximum(x, 0) if relu else x
+        assert last["config"]["name"] in file and last["class_name"] == "Lambda"
+    expected = log_reflectance(random_field, half_difference(*rusinkiewicz(*pairs)))
+    np.testing.assert_allclose(x, expected, rtol=1e-4, atol=1e-4)
+    assert base64.b64decode(last["config"]["function"][0]) == exp_minus_one()
+
+
+@pytest.mark.skipif(
+    sys.version_info >= (3, 8) and not shutil.which("python3.7"), reason="needs Python 3.7, as Keras 2.2"
+)
+def test_the_last_layer_in_the_python_of_keras_2():
+    code = "import math, marshal, sys, types; code = marshal.loads(bytes.fromhex(sys.argv[1])); "
+    code += "print(types.FunctionType(code, {'K': math})(1.5))"
+    environment = os.environ | {"PYENV_VERSION": "3.7"}
+    done = subprocess.run(["python3.7", "-c", code, exp_minus_one().hex()], capture_output=True, env=environment)
+    if done.returncode == 127:
+        pytest.skip("python3.7 is a name without a program")
+    assert float(done.stdout) == math.exp(1.5) - 1, done.stderr
+
+
+@published
+def test_the_architecture_says_what_the_published_ones_say():
+    def agree(ours, theirs):
+        """Ours may leave out what Keras fills in or asks for in training only."""
+        if isinstance(ours, dict):
+            return all(agree(value, theirs[key]) for key, value in ours.items())
+        if isinstance(ours, list):
+            return len(ours) == len(theirs) and all(map(agree, ours, theirs))
+        return ours == theirs
+
+    with zipfile.ZipFile(PUBLISHED[0]) as file:
+        theirs = json.loads(file.read(next(name for name in file.namelist() if name.endswith(".json"))))
+    ours = architecture()
+    compiled, published = (m["config"]["layers"][-1]["config"].pop("function")[0] for m in (ours, theirs))
+    assert agree(ours, theirs)
+    instructions = exp_minus_one()[26:40]  # behind the header and their number
+    assert instructions in base64.b64decode(published) and instructions in base64.b64decode(compiled)
+
+
+@pytest.mark.parametrize("rows", [1, 3])
+def test_the_weights_of_a_request(random_field, tmp_path, rows):
+    weights = torch.stack([k + random_field for k in range(rows)])
+    np.save(tmp_path / "weights.npy", weights.numpy())
+    (tmp_path / "preview.png").touch()
+    for k in range(rows):
+        assert torch.equal(find_material(tmp_path / "weights.npy", str(k)), weights[k])
+    with pytest.raises(NeumatError, match=rf"0 to {rows - 1}; found '{rows}'"):
+        find_material(tmp_path / "weights.npy", str(rows))
+    for path in (tmp_path / "weights.npy", tmp_path):
+        if rows == 1:
+            assert torch.equal(read_material(path), random_field)
+        else:
+            with pytest.raises(NeumatError, match=r"one material.*0 to 2.*found 3"):
+                read_material(path)
+    np.save(tmp_path / "weights.npy", random_field.numpy())
+    assert torch.equal(read_material(tmp_path), random_field)
 
 
 @published
