@@ -57,10 +57,16 @@ rule physics:
     input:
         neumerl=NEUMERL,
         samples=SAMPLES,
+        requested="results/samples/conditional.h5",
     output:
-        report(
+        table=report(
             "results/tables/physics.csv",
             caption="../report/physics.rst",
+            category="Samples",
+        ),
+        unfolded=report(
+            "results/tables/unfolded.csv",
+            caption="../report/unfolded.rst",
             category="Samples",
         ),
     log:

@@ -2,6 +2,10 @@
 
 The loss is NBRDF's mean absolute logarithmic cosine difference (Sztrajman et al. 2021, eq. 2). Forward and backward
 passes are written out: at 21 units a framework's bookkeeping costs more than the arithmetic.
+
+phi_d and phi_d + pi are the same pair of directions, and everything here folds phi_d to [0, pi) before it evaluates a
+field. Other programs that read these weights do not fold (Neural-BRDF's plugin among them), so a share of every batch
+shows a direction by its mirror image (-d_x, -d_y).
 """
 
 import math
@@ -20,6 +24,9 @@ HELD_OUT = 0.2
 OUTLIER = 0.25  # of what a constant reflectance loses
 CANDIDATES, ROUNDS = 8, 4  # of the first field
 FIRST = {"batch_size": 1024, "learning_rate": 1e-2}  # of the first field
+# Share of a batch that is mirrored. Without any, the brightness over the mirrored half is off by 8 % in the median; an
+# eighth, taken from the directions drawn by uniform angles, leaves .6 %, and 4 % more loss; a half 33 % more loss.
+MIRRORED = 1 / 8
 
 
 class Directions:
@@ -46,8 +53,8 @@ class Directions:
 def training_order(directions, config, seed):
     """Return the positions (steps, batch) that training visits.
 
-    A share `highlight_share` of every batch goes through the grid entries in random order, epoch after epoch: the
-    grid is dense in the highlight. The rest is drawn by uniform angles.
+    The first part of every batch, a share `highlight_share`, goes through the grid entries in random order, epoch after
+    epoch: the grid is dense in the highlight. The rest is drawn by uniform angles.
     """
     steps = max(1, config["samples"] // config["batch_size"])
     dense = round(config["highlight_share"] * config["batch_size"])
@@ -137,9 +144,10 @@ def train(values, directions, start, config, optimiser, seed, widths=WIDTHS, pro
     parameters = [layer[:, :-1] for layer in layers]
     optimisers = [optimiser(parameter) for parameter in parameters]
     shape, materials = (len(start), 3, config["batch_size"]), torch.arange(len(start)) % values.shape[1]
-    steps = len(order)
+    steps, mirrored = len(order), math.ceil(MIRRORED * config["batch_size"])
     for step in progress(range(steps)):
         batch = directions.rows.index_select(0, order[step])
+        batch[-mirrored:, 3:5].neg_()
         inputs, cosine = batch[:, :-1].to(dtype), batch[:, -1].contiguous()
         reflected = values.index_select(0, order[step]).index_select(1, materials).flatten(1).T.float()
         target = reflected.mul_(cosine).log1p_().view(shape)

@@ -59,6 +59,16 @@ def read_neumerl(path):
     )
 
 
+def read_requested(path):
+    """Return the fields (n, 675), float32, that a run served to its texts and pictures.
+
+    Raises NeumatError where `files.read_store` does.
+    """
+    members = ("text/samples", "image/samples")
+    arrays, _ = read_store(path, "a store of requested samples", dict.fromkeys(members, ("numbers", ("n", SIZE))))
+    return torch.from_numpy(np.concatenate([arrays[member] for member in members])).float()
+
+
 def read_samples(path):
     """Return (weights (n, 675) float32 tensor, attributes) of a file of samples that are fields.
 

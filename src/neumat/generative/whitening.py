@@ -27,6 +27,7 @@ def effect_metric(weights, generator, materials=200, directions=256):
         cos_i, cos_o = cosines(theta_h, theta_d, phi_d)
         above = ((cos_i > 0.05) & (cos_o > 0.05)).nonzero()[:directions, 0]
         inputs = half_difference(theta_h, theta_d, phi_d)[above].float()
+        inputs[1::2, 3:5] *= -1  # other programs evaluate fields without folding phi_d to [0, pi)
 
         def response(vector, direction, cosine, seen=seen):
             return seen(torch.expm1(log_reflectance(vector, direction[None])[0]).clamp_min(0) * cosine)

@@ -19,6 +19,7 @@ from neumat.fields.fit import (
     training_order,
 )
 from neumat.fields.layout import WIDTHS, matrices, size, unpack
+from neumat.fields.physics import unfolded_brightness
 
 CONFIG = {
     "samples": 100_000,
@@ -156,3 +157,10 @@ def test_the_first_field_is_the_best_of_several(problem, monkeypatch):
         torch.stack([several, *single]), values[:, :1].expand(-1, 5, -1), directions, directions.train
     )[0].tolist()
     assert loss < sum(others) / len(others)
+
+
+def test_fields_are_right_without_folding_too(problem):
+    """Neural-BRDF's plugin hands a network the difference vector as it is, mirrored (-d_x, -d_y) half of the time."""
+    directions, values, first = problem
+    fitted = fit(values, directions, first, CONFIG, 0)["weights"]
+    assert ((unfolded_brightness(fitted) - 1).abs() < 0.05).all()
