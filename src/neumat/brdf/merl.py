@@ -11,14 +11,13 @@ import numpy as np
 
 from neumat.brdf.coordinates import ENTRIES, GRID, above_horizon
 from neumat.brdf.names import measured_files
-from neumat.brdf.table import valid_entries
+from neumat.brdf.table import checked, valid_entries
 from neumat.errors import NeumatError
 from neumat.files import atomic_path, reading
 
 SUFFIX = ".binary"
 HEADER = struct.Struct("<3i")
 BYTES = HEADER.size + 3 * 8 * ENTRIES
-LEAST_VALID = 0.5  # of the entries above the horizon
 SCALE = np.array([1.0, 1.15, 1.66]) / 1500  # raw units to 1/sr, for R, G, B
 
 
@@ -53,17 +52,9 @@ def read_merl(path):
         raw = np.fromfile(path, dtype="<f8", offset=HEADER.size).reshape(3, ENTRIES)
     with np.errstate(over="ignore", invalid="ignore"):
         values = (raw.T * SCALE).astype(np.float32)
-    valid = valid_entries(values)
-    share = valid.sum() / above_horizon().sum().item()
-    if share < LEAST_VALID:
-        expected = (
-            f"values that are finite and not negative in at least {LEAST_VALID:.0%} of the entries above the horizon"
-        )
-        raise NeumatError(path, expected, f"{share:.1%}")
     if _marks_the_horizon(raw.reshape(ENTRIES, 3)):
         raise NeumatError(path, "three planes of R, G and B", "the channels side by side")
-    values[~valid] = np.nan
-    return values
+    return checked(path, values)
 
 
 def _marks_the_horizon(rows):

@@ -2,7 +2,9 @@
 
 The file tabulates f cos(theta_o) = rgb(s) ndf(u_m) / (4 sigma(u_i)), where u_m = (sqrt(2 theta_m / pi), phi /
 2 pi) is the half vector on the unit square, and s is u_m mapped by the distribution function of the visible
-normals `vndf` (marginal in phi, conditional in theta), which stretches the highlight over the table.
+normals `vndf` (marginal in phi, conditional in theta), which stretches the highlight over the table. Where its
+`jacobian` is 0, rgb(s) is f cos(theta_o) itself. What is read, and as what, is what Mitsuba's plugin `measured` reads
+in its RGB variants, but for anisotropic materials (more than 2 phi_i): nothing here can hold them.
 """
 
 import math
@@ -13,20 +15,30 @@ import numpy as np
 import torch
 
 from neumat.brdf.coordinates import ENTRIES, above_horizon, directions, grid_angles
+from neumat.brdf.table import checked
 from neumat.errors import NeumatError
+from neumat.files import reading
 
 SUFFIX = ".bsdf"
-FIELDS = ("theta_i", "phi_i", "ndf", "sigma", "vndf", "rgb")
+# Type and shape of each field; letters are sizes.
+FIELDS = {
+    "description": ("u1", ("d",)),
+    "phi_i": ("<f4", ("p",)),
+    "theta_i": ("<f4", ("t",)),
+    "ndf": ("<f4", ("a", "b")),
+    "sigma": ("<f4", ("e", "f")),
+    "vndf": ("<f4", ("p", "t", "y", "x")),
+    "luminance": ("<f4", ("p", "t", "n", "n")),
+    "rgb": ("<f4", ("p", "t", 3, "n", "n")),
+    "jacobian": ("u1", (1,)),
+}
 MAGIC = b"tensor_file\0\1\0"
 DTYPES = dict(enumerate("u1 i1 <u2 <i2 <u4 <i4 <u8 <i8 <f2 <f4 <f8".split(), start=1))
 
 
 def check_rgl(path):
     """Raise NeumatError where `path` is not a tensor file, version 1.0. Reads the first bytes only."""
-    path = Path(path)
-    if not path.is_file():
-        raise NeumatError(path, "an RGL .bsdf file", "no such file")
-    with path.open("rb") as file:
+    with reading(path, "an RGL .bsdf file"), Path(path).open("rb") as file:
         if file.read(len(MAGIC)) != MAGIC:
             raise NeumatError(path, "an RGL .bsdf file (tensor file, version 1.0)", "another kind of file")
 
@@ -47,7 +59,7 @@ def read_tensors(path):
             shape = struct.unpack_from(f"<{dimensions}Q", data, at + 11)
             at += 11 + 8 * dimensions
             tensors[name] = np.frombuffer(data, DTYPES[dtype], math.prod(shape), offset).reshape(shape)
-    except (struct.error, ValueError, KeyError) as error:
+    except (struct.error, ValueError, KeyError, OverflowError) as error:
         raise NeumatError(path, "a whole tensor file", f"a truncated or damaged one ({error})") from error
     return tensors
 
@@ -57,18 +69,13 @@ class Rgl:
 
     def __init__(self, path):
         tensors = read_tensors(path)
-        for key in FIELDS:
-            if key not in tensors:
-                raise NeumatError(path, "an RGB file of the RGL database", f"no field {key}")
-            if not np.isfinite(tensors[key]).all():
-                raise NeumatError(path, f"finite values in field {key}", "NaN or infinite ones")
-        if len(tensors["phi_i"]) != 1:
-            raise NeumatError(path, "an isotropic material (1 phi_i)", f"{len(tensors['phi_i'])} phi_i")
+        check_fields(path, tensors)
         fields = {key: torch.from_numpy(tensors[key].astype(np.float64)) for key in FIELDS}
-        self.theta_i, self.ndf, self.sigma = fields["theta_i"], fields["ndf"], fields["sigma"]
-        self.rgb = fields["rgb"][0].movedim(1, -1)  # (theta_i, y, x, 3)
+        self.phi_i, self.theta_i = fields["phi_i"], fields["theta_i"]
+        self.ndf, self.sigma, self.jacobian = fields["ndf"], fields["sigma"], fields["jacobian"].item() != 0
+        # Slices, for each phi_i and theta_i in turn: (slices, y, x, 3) and (slices, y, x).
+        self.rgb, vndf = fields["rgb"].flatten(0, 1).movedim(1, -1), fields["vndf"].flatten(0, 1)
         # Integrals of the bilinear vndf, trapezoidal and so exact: along x within a row, then over rows.
-        vndf = fields["vndf"][0]
         rows = cumulative(vndf)
         marginal = cumulative(rows[..., -1])
         total = marginal[:, -1, None, None]
@@ -78,16 +85,22 @@ class Rgl:
         """Return f cos(theta_o) (n, 3), 1/sr, for unit directions (n, 3) above the horizon (z up)."""
         wi, wo = wi.double(), wo.double()
         m = torch.nn.functional.normalize(wi + wo, dim=-1)
-        u_i = _theta_to_unit(wi)
-        phi = torch.atan2(m[:, 1], m[:, 0]) - torch.atan2(wi[:, 1], wi[:, 0])
+        phi_i = torch.atan2(wi[:, 1], wi[:, 0])
+        u_i, v_i = _theta_to_unit(wi), phi_i / (2 * math.pi) + 0.5
         u_m = _theta_to_unit(m)
-        v_m = torch.remainder(phi / (2 * math.pi) + 0.5, 1.0)
+        v_m = torch.remainder((torch.atan2(m[:, 1], m[:, 0]) - phi_i) / (2 * math.pi) + 0.5, 1.0)
         theta_i = torch.acos(wi[:, 2].clamp(-1, 1))
-        slices = _brackets(self.theta_i, theta_i)
+        slices = [
+            (p * len(self.theta_i) + t, share_p * share_t)
+            for p, share_p in _brackets(self.phi_i, phi_i)
+            for t, share_t in _brackets(self.theta_i, theta_i)
+        ]
         x, y = self._warp(u_m, v_m, slices)
         spectrum = sum(w[:, None] * _bilinear(self.rgb, x, y, s) for s, w in slices).clamp_min(0)
+        if not self.jacobian:
+            return spectrum
         ndf = _bilinear(self.ndf[None], u_m, v_m, 0)
-        sigma = _bilinear(self.sigma[None], u_i, torch.full_like(u_i, 0.5), 0)
+        sigma = _bilinear(self.sigma[None], u_i, v_i, 0)
         return spectrum * (ndf / (4 * sigma))[:, None]
 
     def _warp(self, u, v, slices):
@@ -117,7 +130,7 @@ def read_rgl(path):
     A MERL table is reciprocal by construction, the measured file nearly so: each entry is the mean of both
     orders of its two directions, weighted by the cosine that f was divided by, since interpolated values of f
     cos(theta_o) do not vanish exactly at the horizon. Raises NeumatError for a missing, damaged, anisotropic
-    or spectral file.
+    or spectral file, and where `table.checked` does.
     """
     material = Rgl(path)
     entries = above_horizon().nonzero()[:, 0]
@@ -126,7 +139,40 @@ def read_rgl(path):
         wi, wo = directions(*grid_angles(part))
         both = material.reflected(wi, wo) + material.reflected(wo, wi)
         values[part] = (both / (wi[:, 2:] + wo[:, 2:])).float()
-    return values.numpy()
+    return checked(path, values.numpy())
+
+
+def check_fields(path, tensors):
+    """Raise NeumatError where the tensors {name: array} are not those of an isotropic RGB material.
+
+    That is: FIELDS, without those of spectral files; values finite, densities too; tables of at least 2 points a side; 1 or 2 phi_i,
+    which like theta_i rise.
+    """
+    if "spectra" in tensors or "wavelengths" in tensors:
+        raise NeumatError(path, "an RGB file of the RGL database (*_rgb.bsdf)", "a spectral one")
+    sizes = {}
+    for key, (dtype, shape) in FIELDS.items():
+        if key not in tensors:
+            raise NeumatError(path, "an RGB file of the RGL database", f"no field {key}")
+        array = tensors[key]
+        expected = shape
+        if len(shape) == array.ndim:
+            pairs = zip(shape, array.shape, strict=True)
+            expected = tuple(sizes.setdefault(n, m) if isinstance(n, str) else n for n, m in pairs)
+        if array.dtype != dtype or array.shape != expected:
+            wanted = f"{np.dtype(dtype)} of shape ({', '.join(map(str, expected))}) in field {key}"
+            raise NeumatError(path, wanted, f"{array.dtype} of shape {array.shape}")
+        if not np.isfinite(array).all():
+            raise NeumatError(path, f"finite values in field {key}", "NaN or infinite ones")
+        if array.ndim > 1 and min(array.shape[-2:]) < 2:
+            raise NeumatError(path, f"at least 2 points a side in field {key}", array.shape)
+    if (tensors["vndf"] < 0).any() or not tensors["vndf"].any((2, 3)).all():
+        raise NeumatError(path, "densities in field vndf", "negative ones, or 0 everywhere")
+    if sizes["p"] > 2:
+        raise NeumatError(path, "an isotropic material (1 or 2 phi_i)", f"{sizes['p']} phi_i")
+    for key in ("phi_i", "theta_i"):
+        if not len(tensors[key]) or (np.diff(tensors[key]) <= 0).any():
+            raise NeumatError(path, f"rising angles in field {key}", tensors[key])
 
 
 def cumulative(values):
@@ -149,7 +195,10 @@ def _cell(u, size):
 
 
 def _brackets(axis, x):
-    """Return ((lower index, weight), (upper index, weight)) for interpolating x on a sorted axis."""
+    """Return ((lower index, weight), (upper index, weight)) for interpolating x on a sorted axis; one of length 1 has
+    no upper one."""
+    if len(axis) == 1:
+        return ((torch.zeros_like(x, dtype=torch.long), torch.ones_like(x)),)
     lower = (torch.searchsorted(axis, x, right=True) - 1).clamp(0, len(axis) - 2)
     t = ((x - axis[lower]) / (axis[lower + 1] - axis[lower])).clamp(0, 1)
     return (lower, 1 - t), (lower + 1, t)

@@ -2,9 +2,13 @@
 
 import math
 
+import numpy as np
 import torch
 
 from neumat.brdf.coordinates import ENTRIES, GRID, above_horizon, canonical_phi_d, cosines
+from neumat.errors import NeumatError
+
+LEAST_VALID = 0.5  # of the entries above the horizon, in a file
 
 
 def valid_entries(values):
@@ -16,6 +20,20 @@ def valid_entries(values):
     if torch.is_tensor(values):
         return above_horizon() & (torch.isfinite(values) & (values >= 0)).all(1)
     return valid_entries(torch.from_numpy(values)).numpy()
+
+
+def checked(path, values):
+    """Return the table (1458000, 3), an array, that a file holds, NaN where it is not valid.
+
+    Raises NeumatError where fewer than LEAST_VALID of the entries above the horizon are valid.
+    """
+    valid = valid_entries(values)
+    share = valid.sum() / above_horizon().sum().item()
+    if share < LEAST_VALID:
+        expected = f"finite values, none negative, in at least {LEAST_VALID:.0%} of the entries above the horizon"
+        raise NeumatError(path, expected, f"{share:.1%}")
+    values[~valid] = np.nan
+    return values
 
 
 class Table:
