@@ -13,7 +13,7 @@ import yaml
 from jsonschema import Draft202012Validator
 from jsonschema.validators import extend
 
-from neumat.brdf.names import chosen_names, measured_files
+from neumat.brdf.names import check_names, chosen_names, measured_files
 from neumat.brdf.published import merl_checksums
 from neumat.errors import NeumatError
 
@@ -86,6 +86,28 @@ def source_names(sources):
         where = sources["folder"] or "config key sources.names"
         raise NeumatError(where, f"at least {FEWEST} materials to split and blend", len(names))
     return names
+
+
+def fit_files(fit):
+    """Return the files of the folder that the config's section `fit` names as `measured`, sorted: measured materials,
+    and the published fields (.h5) that have the name of one. None where it is null.
+
+    Raises NeumatError where it is no folder, or has fewer than two materials: some choose settings, others report.
+    """
+    folder, suffixes = fit["measured"], tuple(SUFFIXES.values())
+    if folder is None:
+        return []
+    where, expected = "config key fit.measured", f"a folder of at least two {' and '.join(suffixes)} files"
+    try:
+        files = sorted(Path(folder).iterdir())
+    except OSError as error:
+        raise NeumatError(where, expected, f"{folder}: {error.strerror}") from error
+    measured = [path for path in files if path.suffix in suffixes and not path.name.startswith(".")]
+    names = [path.stem for path in measured]
+    check_names(names, folder)
+    if len(set(names)) < max(2, len(names)):
+        raise NeumatError(where, f"{expected}, each with a name of its own", ", ".join(names) or f"none in {folder}")
+    return [*measured, *(path for path in files if path.suffix == ".h5" and path.stem in names)]
 
 
 def inception_file(evaluate):

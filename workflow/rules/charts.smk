@@ -1,5 +1,6 @@
 rule chart_fit:
     input:
+        measured=MEASURED,
         augmerl=STORE,
         sources=SOURCES_STORE,
     output:
@@ -27,7 +28,7 @@ rule chart_fit:
         runtime=180,
     params:
         code=code("chart_fit"),
-        fit=section("fit", "materials_per_job", "independent"),
+        fit=section("fit", "materials_per_job", "independent", "measured"),
         published=config["charts"]["published_samples"],
         materials=config["charts"]["fit_materials"],
         size=config["render"]["size"],

@@ -8,7 +8,14 @@ from pathlib import Path
 
 from neumat.augment.manifest import fold_count
 from neumat.brdf.categories import CATEGORIES, check_rules
-from neumat.config import inception_file, load, load_scene, source_files, source_names
+from neumat.config import (
+    fit_files,
+    inception_file,
+    load,
+    load_scene,
+    source_files,
+    source_names,
+)
 from neumat.errors import NeumatError
 from neumat.provenance import digest
 
@@ -16,6 +23,7 @@ try:
     config = load(config, f"{workflow.basedir}/workflow/schemas/config.schema.json")
     SOURCE_FILES = list(source_files(config["sources"]).values())
     SOURCES = source_names(config["sources"])
+    MEASURED = fit_files(config["fit"])
     INCEPTION = inception_file(config["evaluate"])
     check_rules(config["constrained"]["rules"])
 except NeumatError as error:

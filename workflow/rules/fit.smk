@@ -16,7 +16,7 @@ rule fit_first:
         runtime=10,
     params:
         code=code("fit_first"),
-        fit=section("fit", "materials_per_job", "independent"),
+        fit=section("fit", "materials_per_job", "independent", "measured"),
         seed=config["seed"],
     script:
         "../scripts/fit_first.py"
@@ -41,7 +41,7 @@ rule fit_shard:
         runtime=15,
     params:
         code=code("fit_shard"),
-        fit=section("fit", "materials_per_job"),
+        fit=section("fit", "materials_per_job", "measured"),
         indices=shard_indices,
         seed=config["seed"],
     script:
@@ -70,8 +70,35 @@ rule fit_gather:
         "../scripts/fit_gather.py"
 
 
+# Measured materials, fitted as a user's own: the folder that the config names, or a row that says there is none.
+rule fit_measured:
+    input:
+        first="results/neumerl/first.h5",
+        files=MEASURED,
+    output:
+        "results/tables/fit-measured.csv",
+    log:
+        "results/logs/fit_measured.log",
+    benchmark:
+        "results/benchmarks/fit_measured.tsv"
+    conda:
+        "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=2000,
+        runtime=10,
+    params:
+        code=code("fit_measured"),
+        fit=section("fit", "materials_per_job", "independent", "measured"),
+        size=config["render"]["size"],
+        seed=config["seed"],
+    script:
+        "../scripts/fit_measured.py"
+
+
 rule fit_quality:
     input:
+        measured="results/tables/fit-measured.csv",
         neumerl=NEUMERL,
         augmerl=STORE,
         sources=SOURCES_STORE,

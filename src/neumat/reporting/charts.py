@@ -31,21 +31,21 @@ def pareto(cost, loss):
 
 
 def frontier_chart(
-    table, x, y, label, default_label, path_stem, goal="min", group=None, x_title=None, y_title=None, title=""
+    table, x, y, label, default_label, path_stem, goal="min", group=None, x_title=None, y_title=None, title="", apart=()
 ):
     """Draw column `y` against column `x` (logarithmic) of a DataFrame into `path_stem`.png and .svg.
 
     label: the column that names a setting; the one equal to `default_label` (None: none) is marked, and it and the
     settings on the frontier carry their names. goal: "min", "max" or a number, the value that `y` should reach, drawn
-    as a line. group: a column that picks colour and marker. Raises NeumatError where the table lacks
-    `default_label`.
+    as a line. group: a column that picks colour and marker; apart: groups that are on no frontier. Raises NeumatError
+    where the table lacks `default_label`.
     """
     if default_label is not None and default_label not in set(table[label]):
         raise NeumatError(f"{path_stem}: default", f"one of the settings in {label!r}", repr(default_label))
     cost, value = table[x].to_numpy(float), table[y].to_numpy(float)
     loss = {"min": value, "max": -value}[goal] if isinstance(goal, str) else np.abs(value - goal)
-    frontier = pareto(cost, loss)
     groups = table[group].astype(str).to_numpy() if group else np.array([""] * len(table))
+    frontier = pareto(cost, np.where(np.isin(groups, apart), np.inf, loss))
     with figure(5.6, 3.6) as (drawn, axes):
         axes.set(xscale="log", xlabel=x_title or x, ylabel=y_title or y)
         axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))

@@ -91,7 +91,9 @@ SECTIONS = (
         "Fits",
         "Fields of 675 weights against the tables that they were fitted to. `psnr` (dB) and `ssim` are those of "
         "rendered spheres. The embedded materials are themselves fields, of another architecture, so they are easier "
-        "to fit than measurements; the row of measured materials says by how much.",
+        "to fit than measurements; the rows of measured materials (`fit.measured`) say by how much. Settings are "
+        "chosen on those for validation; the others report. `loss_published` is the loss of a published field of the "
+        "same material, where its file lies beside the measurement.",
         ("tables/fit-summary.csv",),
         tables=(_show("tables/fit-summary.csv"),),
     ),
@@ -167,8 +169,13 @@ SECTIONS = (
     ),
     Section(
         "Speed and accuracy of fits",
-        "Materials fitted with several budgets, with the default, and by the papers' schedule; `seconds` of CPU time "
-        "for each material.",
+        "Materials fitted with several budgets, with the default, and by M3ashy's schedule. `seconds` of CPU time for "
+        "each material include its share of the first field (`first_seconds`), which all materials of a run start "
+        "from. The published loop fits one material at a time, and its rate was measured in the same run: "
+        "`rate_ratio` compares samples per second; `speedup_m3ashy` and `speedup_nbrdf` compare the time of a "
+        "material, for the samples that the released programs visit (`charts.published_samples` in `config/README.md`). "
+        "Measured materials are those of the folder `fit.measured`: budgets are chosen on the ones for validation, and the "
+        "others report.",
         ("charts/fit.csv",),
         "`make charts`",
         tables=(_show("charts/fit.csv"),),

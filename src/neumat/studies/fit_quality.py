@@ -12,6 +12,8 @@ from neumat.render.sphere import FrozenSphere, render_fields
 from neumat.render.tables import render_tables, table_matrix
 
 AT_ONCE = 16
+WORST = {"loss_grid": "idxmax", "loss_uniform": "idxmax", "psnr": "idxmin", "ssim": "idxmin"}
+WORST |= {"loss_published": "idxmax"}
 
 
 class Pictures:
@@ -33,22 +35,33 @@ class Pictures:
 
 
 def fit_quality(neumerl_path, augmerl_path, sources_path, size, progress=iter):
-    """Return a DataFrame with a row for each base material: name, losses, flags, rendered psnr (dB) and ssim."""
+    """Return a DataFrame with a row for each base material: set ("fitted"), name, losses, flags, rendered psnr (dB) and
+    ssim."""
     neumerl = read_neumerl(neumerl_path)
     pictures = Pictures(AugMerl(augmerl_path, sources_path), size)
     bases = np.arange(0, len(neumerl.names), len(PERMUTATIONS))
     blocks = np.split(bases, range(AT_ONCE, len(bases), AT_ONCE))
     found = [pictures.fidelity(block, neumerl.weights[block]) for block in progress(blocks)]
     table = pd.DataFrame({key: neumerl.fits[key][bases] for key in PER_MATERIAL})
-    table.insert(0, "name", [neumerl.names[i] for i in bases])
+    table.insert(0, "set", "fitted")
+    table.insert(1, "name", [neumerl.names[i] for i in bases])
     table["psnr"], table["ssim"] = np.concatenate(found, axis=1)
     return table
 
 
 def fit_summary(table):
-    """Return the means and the worst of `fit_quality`'s table: quantity, mean, median, worst, material."""
+    """Return the means and the worst of each set of a table of fits: set, quantity, mean, median, worst, material.
+
+    table: `fit_quality`'s with `measured_fits.fit_measured`'s below it. A set without any number has one row, whose
+    quantity is the name that its only row has.
+    """
     rows = []
-    for key, worst in (("loss_grid", "idxmax"), ("loss_uniform", "idxmax"), ("psnr", "idxmin"), ("ssim", "idxmin")):
-        at = getattr(table[key], worst)()
-        rows.append((key, table[key].mean(), table[key].median(), table[key][at], table["name"][at]))
-    return pd.DataFrame(rows, columns=["quantity", "mean", "median", "worst", "worst_material"])
+    for name, part in table.groupby("set", sort=False):
+        part = part.reset_index(drop=True)
+        for key, worst in WORST.items():
+            if part[key].notna().any():
+                at = getattr(part[key], worst)()
+                rows.append((name, key, part[key].mean(), part[key].median(), part[key][at], part["name"][at]))
+        if part["psnr"].isna().all():
+            rows.append((name, part["name"][0], *[np.nan] * 3, ""))
+    return pd.DataFrame(rows, columns=["set", "quantity", "mean", "median", "worst", "worst_material"])

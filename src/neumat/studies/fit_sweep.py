@@ -18,6 +18,7 @@ from neumat.metrics.pictures import compare_pictures
 from neumat.render.scene import to_srgb8
 from neumat.seeds import torch_generator
 from neumat.studies.fit_quality import Pictures
+from neumat.studies.measured_fits import NONE, REPORTING, VALIDATION, MeasuredMaterials
 
 PAPER = {"schedule": "constant", "learning_rate": 5e-3, "batch_size": 512}
 PAPER |= {"highlight_share": 1.0, "precision": "float32", "polish": {"samples": 0}}
@@ -105,13 +106,15 @@ def cost(samples, seconds, first_seconds, served, rate, published):
     return row | {f"speedup_{program}": count / rate / total for program, count in published.items()}
 
 
-def sweep(augmerl_path, sources_path, default, published, materials, size, seed, progress=iter):
+def sweep(augmerl_path, sources_path, default, published, materials, files, size, seed, progress=iter):
     """Return a DataFrame: family, label, the columns of `cost`, loss_grid, loss_uniform, psnr, psnr_worst, ssim.
 
     default: the section `fit`; published: {"m3ashy": samples that its released code visits for a material, ...};
     materials: how many base materials, evenly spread over all. Seconds are CPU seconds in this run, which a busy
     machine distorts least; the published loop is measured beside them. The first field's are shared by all base
-    materials of the store, which start from it.
+    materials of the store, which start from it. Last come measured materials, files as in `MeasuredMaterials`: those
+    for validation with every budget, by which one is chosen, and those that report with the default. They cost what
+    the same setting cost before.
     """
     store = AugMerl(augmerl_path, sources_path)
     directions = Directions(store.entries, seed)
@@ -138,4 +141,19 @@ def sweep(augmerl_path, sources_path, default, published, materials, size, seed,
         row |= cost(_samples(config), seconds, first_seconds, store.n, rate, published)
         row |= {key: result[key].mean().item() for key in ("loss_grid", "loss_uniform")}
         rows.append(row | {"psnr": psnr.mean(), "psnr_worst": psnr.min(), "ssim": ssim.mean()})
-    return pd.DataFrame(rows)
+    return pd.DataFrame([*rows, *measured_rows(rows, files, firsts[WIDTHS[1]][0], default, size, seed)])
+
+
+def measured_rows(rows, files, first, default, size, seed):
+    """Return the rows of measured materials, whose `family` is their set, beside `rows` of the same settings."""
+    if not files:
+        return [{"family": NONE, "label": NONE}]
+    materials, found = MeasuredMaterials(files, size, seed), []
+    settings = {row["label"]: row for row in rows}
+    for family, label, config, _ in variants(default, {"m3ashy": 0}):
+        for which in {"default": (VALIDATION, REPORTING), "samples": (VALIDATION,)}.get(family, ()):
+            table = materials.fit(which, first, config, seed)
+            means = table[["loss_grid", "loss_uniform", "psnr", "ssim", "loss_published"]].mean().to_dict()
+            row = {"family": which, "label": f"{label}: {which}", "psnr_worst": table["psnr"].min()}
+            found.append(settings[label] | row | means)
+    return found
