@@ -14,7 +14,7 @@ from neumat.errors import NeumatError
 from neumat.fields.field import evaluate
 from neumat.files import atomic_path
 from neumat.render.mitsuba_scene import render_grid
-from neumat.reporting.figures import save_image
+from neumat.reporting.sheets import save_image
 
 MODEL = "results/conditional/model.safetensors"
 

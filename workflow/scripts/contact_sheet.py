@@ -5,7 +5,7 @@ import torch
 from neumat.augment.permutations import PERMUTATIONS
 from neumat.fields.store import read_neumerl, read_samples
 from neumat.render.sphere import FrozenSphere, render_fields
-from neumat.reporting.figures import contact_sheet, save_image
+from neumat.reporting.sheets import contact_sheet, save_image
 from neumat.stage import stage
 
 with stage(snakemake):

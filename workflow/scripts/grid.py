@@ -2,7 +2,7 @@
 
 from neumat.fields.store import read_samples
 from neumat.render.mitsuba_scene import render_grid
-from neumat.reporting.figures import save_image
+from neumat.reporting.sheets import save_image
 from neumat.stage import stage
 
 with stage(snakemake):

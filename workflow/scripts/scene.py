@@ -1,7 +1,7 @@
 """One scene, rendered by Mitsuba."""
 
 from neumat.render.mitsuba_scene import bsdf
-from neumat.reporting.figures import save_image
+from neumat.reporting.sheets import save_image
 from neumat.scenes.compose import compose
 from neumat.scenes.materials import Materials
 from neumat.scenes.model_selection import layout_materials

@@ -1,27 +1,9 @@
-"""Pictures of samples: contact sheets, samples beside their nearest training materials, heat maps of distances."""
+"""Samples beside their nearest training materials, and heat maps of distances."""
 
 import numpy as np
-from PIL import Image
 
-from neumat.files import atomic_path
+from neumat.reporting.sheets import contact_sheet
 from neumat.reporting.style import figure, save_figure
-
-
-def contact_sheet(images, columns, gap=4, background=255):
-    """Return pictures uint8 (n, H, W, 3) in rows of `columns`, `gap` pixels apart, as one uint8 picture."""
-    images = np.asarray(images)
-    n, height, width, _ = images.shape
-    rows = -(-n // columns)
-    cells = np.full((rows * columns, height + gap, width + gap, 3), background, np.uint8)
-    cells[:n, :height, :width] = images
-    sheet = cells.reshape(rows, columns, height + gap, width + gap, 3).swapaxes(1, 2)
-    return sheet.reshape(rows * (height + gap), columns * (width + gap), 3)[: -gap or None, : -gap or None]
-
-
-def save_image(image, path):
-    """Write a uint8 picture (H, W, 3) as PNG."""
-    with atomic_path(path) as temporary:
-        Image.fromarray(np.asarray(image)).save(temporary)
 
 
 def nearest_figure(sample_images, nearest_images, path, columns=6):

@@ -7,7 +7,8 @@ from PIL import Image
 
 from neumat.errors import NeumatError
 from neumat.reporting.charts import frontier_chart, pareto
-from neumat.reporting.figures import contact_sheet, heat_map, nearest_figure
+from neumat.reporting.figures import heat_map, nearest_figure
+from neumat.reporting.sheets import contact_sheet
 
 
 def test_pareto_by_hand():

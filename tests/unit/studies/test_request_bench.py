@@ -142,8 +142,11 @@ def test_tables_report_the_other_prompts_and_materials_and_say_which_were_used_b
     table, types, samples = requests.compare(bench, 2, 0.0, 1, 0)
     assert set(asked.texts) == prompts[EARLIER] | prompts[REPORT]
     assert {(r.modality, r.use): len(r) for r, _ in samples} == {
-        ("type", REPORT): len(asked.types), ("text", EARLIER): 36, ("text", REPORT): len(prompts[REPORT]), ("image", REPORT): IMAGES,
-    }  # fmt: skip
+        ("type", REPORT): len(asked.types),
+        ("text", EARLIER): 36,
+        ("text", REPORT): len(prompts[REPORT]),
+        ("image", REPORT): IMAGES,
+    }
     assert {use: set(r.names) for r, _ in samples for use in [r.use] if r.modality == "text"} == {
         use: prompts[use] for use in (EARLIER, REPORT)
     }
