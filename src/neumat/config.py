@@ -64,14 +64,19 @@ def source_files(sources):
     where there are none.
 
     Raises NeumatError where a folder is needed and missing, holds no file of the kind or one with a name that a
-    material may not have.
+    material may not have, and for a folder or an address that the kind has no use for.
     """
+    url = sources["url"]
+    if url and (sources["kind"] != "merl" or "{name}" not in url):
+        raise NeumatError("config key sources.url", "an address with {name} in it, and kind: merl", url)
     if sources["kind"] == "embedded":
+        if sources["folder"]:
+            raise NeumatError("config key sources.kind", "merl or rgl, the kind of files in sources.folder", "embedded")
         return {}
     folder, suffix = sources["folder"], SUFFIXES[sources["kind"]]
-    if folder is None or not (sources["url"] or Path(folder).is_dir()):
+    if folder is None or not (url or Path(folder).is_dir()):
         raise NeumatError("config key sources.folder", f"a folder of {suffix} files", folder or "none")
-    return {} if sources["url"] else measured_files(folder, suffix)
+    return {} if url else measured_files(folder, suffix)
 
 
 def source_names(sources):

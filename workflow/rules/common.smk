@@ -6,8 +6,7 @@ from hashlib import sha256
 from math import ceil
 from pathlib import Path
 
-from neumat.augment.manifest import fold_count
-from neumat.brdf.categories import CATEGORIES, check_rules
+from neumat.brdf.categories import CATEGORIES
 from neumat.config import (
     fit_files,
     inception_file,
@@ -16,6 +15,7 @@ from neumat.config import (
     source_files,
     source_names,
 )
+from neumat.config_checks import check, chosen_folds, folder_contents
 from neumat.errors import NeumatError
 from neumat.provenance import digest
 
@@ -25,7 +25,15 @@ try:
     SOURCES = source_names(config["sources"])
     MEASURED = fit_files(config["fit"])
     INCEPTION = inception_file(config["evaluate"])
-    check_rules(config["constrained"]["rules"])
+    PICTURED = folder_contents(
+        "conditional.measured", config["conditional"]["measured"]
+    )
+    check(
+        config,
+        SOURCES,
+        f"{workflow.basedir}/config/scenes",
+        f"{workflow.basedir}/workflow/schemas/scene.schema.json",
+    )
 except NeumatError as error:
     sys.exit(str(error))
 
@@ -46,9 +54,7 @@ FITTED = range(
     1 if config["fit"]["independent"] else 6,
 )
 SHARDS = ceil(len(FITTED) / config["fit"]["materials_per_job"])
-FOLDS = [
-    f"fold{k}" for k in config["evaluate"]["folds"] if k < fold_count(len(SOURCES))
-]
+FOLDS = [f"fold{k}" for k in chosen_folds(config["evaluate"]["folds"], len(SOURCES))]
 TARGETS = {
     "all": [
         "results/tables/augmentation.csv",

@@ -97,6 +97,7 @@ rule conditional:
         manifest=MANIFEST,
         sources=SOURCES_STORE,
         conditions=CONDITIONS,
+        measured=PICTURED,
     output:
         table=report(
             "results/tables/conditional.csv",
@@ -140,7 +141,7 @@ rule conditional:
         prompts=contents("config/prompts.tsv"),
         config={
             key: config["conditional"][key]
-            for key in ("samples", "guidance", "candidates", "images", "measured")
+            for key in ("samples", "guidance", "candidates", "images")
         },
         size=config["render"]["grid_size"],
         spp=config["render"]["grid_samples"],

@@ -8,7 +8,7 @@ from neumat.brdf.sources import read_sources
 from neumat.conditions.prompts import REPORT
 from neumat.conditions.synthesis import Synthesiser
 from neumat.files import atomic_path
-from neumat.reporting.conditional import FIGURES, request_figure
+from neumat.reporting.conditional import FIGURES, write_figures
 from neumat.stage import config_file, progress, stage
 from neumat.studies.request_bench import Bench
 from neumat.studies.requests import compare
@@ -18,7 +18,7 @@ with stage(snakemake):
     synthesiser = Synthesiser.load(store.model)
     paths = dict(store) | {name: config_file(snakemake, f"{name}.tsv") for name in ("types", "prompts")}
     entries = read_sources(store.sources).entries
-    bench = Bench(REPORT, paths, synthesiser, entries, p.config["images"], p.config["measured"], p.seed)
+    bench = Bench(REPORT, paths, synthesiser, entries, p.config["images"], store.measured, p.seed)
     c = p.config
     table, types, samples = compare(bench, c["samples"], c["guidance"], c["candidates"], p.sampling_seed, progress)
     for rows, path in ((table, output.table), (types, output.types)):
@@ -29,6 +29,4 @@ with stage(snakemake):
             group = file.create_group(f"{requests.modality}/{requests.use}")
             group["requests"], group["samples"] = requests.names, weights.numpy()
         file.attrs.update(guidance=json.dumps(p.config["guidance"]), seed=p.sampling_seed)
-    for modality in FIGURES:
-        asked = next((requests, weights) for requests, weights in samples if requests.modality == modality)
-        request_figure(*asked, p.size, p.spp, output[modality])
+    write_figures(samples, p.size, p.spp, {modality: output[modality] for modality in FIGURES})

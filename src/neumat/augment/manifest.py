@@ -18,8 +18,8 @@ def draw_manifest(names, config, seed):
     names: N source materials. config: the section `augment`. Columns: index, name, base, parent_a, parent_b, weight
     (of parent_a), permutation, grouped and random (train or test), fold (of the parents; -1 where they differ).
     Pairs are drawn within a side of the grouped split, so no blend crosses it; the random split is the released
-    code's, over all materials without regard to descent. Raises NeumatError for fewer than four names and for names
-    that a material may not have.
+    code's, over all materials without regard to descent. Raises NeumatError for fewer than four names, for names
+    that a material may not have and where a side of the grouped split has fewer than two sources.
     """
     n, blends = len(names), config["blends"]
     if n < 4:
@@ -27,6 +27,8 @@ def draw_manifest(names, config, seed):
     check_names(names, "sources")
     order = numpy_generator(seed, "held-out sources").permutation(n)
     held = max(2, round(config["held_out"] * n))
+    if held > n - 2:
+        raise NeumatError("augment.held_out", f"a share that leaves 2 of {n} sources to train on", config["held_out"])
     sides = {"test": order[:held], "train": order[held:]}
     fold = np.empty(n, int)
     fold[numpy_generator(seed, "folds").permutation(n)] = np.arange(n) % fold_count(n)

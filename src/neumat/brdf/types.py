@@ -26,9 +26,11 @@ def read_types(path):
     return table.set_index("name")
 
 
-def type_names(types):
-    """Return the names of all types of `read_types`, sorted: their order in every one-hot row."""
-    return sorted(set(types["type"]))
+def type_names(manifest, types):
+    """Return the names of the types of `read_types` that the manifest's sources have, sorted: their order in every
+    one-hot row. None where the table names none of the sources."""
+    sources = set(manifest["parent_a"]) | set(manifest["parent_b"])
+    return sorted(set(types["type"][types.index.isin(sources)]))
 
 
 def type_rows(manifest, types):
@@ -37,7 +39,7 @@ def type_rows(manifest, types):
     A blend carries the types of both parents, a permuted material those of its base. A material that the table does
     not name has a row of zeros.
     """
-    number = {name: k for k, name in enumerate(type_names(types))}
+    number = {name: k for k, name in enumerate(type_names(manifest, types))}
     rows = np.zeros((len(manifest), len(number)), np.float32)
     for parent in ("parent_a", "parent_b"):
         found = manifest[parent].map(types["type"]).map(number)

@@ -82,7 +82,7 @@ def make_conditions(neumerl, manifest, types, prompts, config, seed, progress=it
     encoded = encoder.encode_text(distinct)
     text = encoded[torch.tensor([[number[text] for text in texts] for texts in said])]
     known = torch.from_numpy(type_rows(rows, table))
-    return Conditions(encoder.id, type_names(table), known, facts, said, text, torch.stack(images, 1))
+    return Conditions(encoder.id, type_names(rows, table), known, facts, said, text, torch.stack(images, 1))
 
 
 def _pictures(weights, environment):

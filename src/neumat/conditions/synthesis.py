@@ -179,6 +179,8 @@ def scale(guidance, request):
 
 
 def _one_hot(kind, name, names):
+    if not names:
+        raise NeumatError(kind, f"no {kind}: that of the training materials is unknown", repr(name))
     if name not in names:
         raise NeumatError(kind, f"one of {', '.join(names)}", repr(name))
     return torch.eye(len(names))[names.index(name)][None]

@@ -69,7 +69,8 @@ class Tuning:
 class ConditionalDiffusion:
     """A fitted HyperDiffusion, and a copy of its network that was tuned to requests.
 
-    A request is {modality: tensor (n, size) or (1, size)} for any of MODALITIES: rows of type sum to 1 over the types
+    A request is {modality: tensor (n, size) or (1, size)} for any of MODALITIES (but for types where no material has
+    one): rows of type sum to 1 over the types
     asked for, rows of category hold one 1, text and image are embeddings of unit length. Without any it is the
     unconditional model itself. notes: a dict that JSON can hold, and extra: a dict of tensors, both kept in the
     checkpoint for whoever makes requests. Where the base sorts channels, so do the networks here, and one more tells
@@ -82,28 +83,32 @@ class ConditionalDiffusion:
     def fit(self, weights, conditions, seed, progress=None, checkpoint=None):
         """Tune the network to weights (n, 675) and their conditions; return self.
 
-        conditions: type (n, T); category (n, C), 0 or 1: a material may be in several; text (n, p, size) and image
-        (n, a, size), of which one is drawn at each use; said (n,), how often a material is drawn where a text is
-        given, in proportion. See GenerativeModel.fit for the other arguments.
+        conditions: type (n, T), T = 0 where no type is known; category (n, C), 0 or 1: a material may be in several;
+        text (n, p, size) and image (n, a, size), of which one is drawn at each use; said (n,), how often a material is
+        drawn where a text is given, in proportion. See GenerativeModel.fit for the other arguments.
         """
         tuning = self.tuning
         coordinates, denoiser = self.base.restored()
         weights, order = self.base.sorted(weights)
         data, seen = coordinates.encode(weights), colours(weights)
-        self.sizes = {name: conditions[name].shape[-1] for name in MODALITIES}
+        # What no material has cannot be asked for: no type, where the sources are the user's own.
+        self.sizes = {name: size for name in MODALITIES if (size := conditions[name].shape[-1])}
+        known = list(self.sizes)
         on = device()
         with seeded(seed, "request"):
             both = self._networks(denoiser.network).to(on)
         highest = self.base.sampling_levels()[0].item()
 
         def loss(generator):
-            given = _given(tuning.batch, tuning.given, generator)
+            given = _given(tuning.batch, len(known), tuning.given, generator)
             rows = torch.randint(len(data), (tuning.batch,), generator=generator)
             spoken = torch.multinomial(conditions["said"], tuning.batch, replacement=True, generator=generator)
-            rows = torch.where(given[:, MODALITIES.index("text")] > 0, spoken, rows)
+            rows = torch.where(given[:, known.index("text")] > 0, spoken, rows)
             category, members = _members(conditions["category"], tuning.batch, generator)
-            rows = torch.where(given[:, MODALITIES.index("category")] > 0, members, rows)
-            asked = {"type": conditions["type"][rows], "category": category}
+            rows = torch.where(given[:, known.index("category")] > 0, members, rows)
+            asked = {"category": category}
+            if "type" in known:
+                asked["type"] = conditions["type"][rows]
             for name in ("text", "image"):
                 choice = torch.randint(conditions[name].shape[1], (tuning.batch,), generator=generator)
                 noise = torch.randn(tuning.batch, self.sizes[name], generator=generator)
@@ -115,7 +120,7 @@ class ConditionalDiffusion:
             levels = loguniform_sigmas(tuning.batch, tuning.settled, highest, generator)
             total = Denoiser(network, self.base.preconditioning).loss(clean.to(on), levels.to(on), noise.to(on))
             if self.base.sort:
-                logits = both["order"](seen[rows].to(on), asked, _coloured(given)).float()
+                logits = both["order"](seen[rows].to(on), asked, self._coloured(given)).float()
                 total = total + nn.functional.cross_entropy(logits, order[rows].to(on))
             return total
 
@@ -162,7 +167,7 @@ class ConditionalDiffusion:
             return wanted if guidance == 0 else wanted + guidance * (wanted - unconditional(x, sigma))
 
         def likely(weights):
-            logits = networks["order"](colours(weights).to(device()), asked, _coloured(given))
+            logits = networks["order"](colours(weights).to(device()), asked, self._coloured(given))
             return (1 + guidance) * logits.cpu()  # guided as D is: without a request all orders are alike
 
         return self.base.integrate(denoise, coordinates, n, seed, start, likely)
@@ -206,6 +211,9 @@ class ConditionalDiffusion:
         given = torch.tensor([[float(name in request) for name in self.sizes]], device=device())
         return filled, given.expand(n, -1)
 
+    def _coloured(self, given):
+        return given[:, [list(self.sizes).index(name) for name in COLOURED]]
+
     def _networks(self, network):
         networks = {"network": network, "request": RequestEmbedding(self.sizes)}
         if self.base.sort:
@@ -246,16 +254,12 @@ class ConditionalDiffusion:
         return model
 
 
-def _given(n, probability, generator):
+def _given(n, modalities, probability, generator):
     """Return float (n, modalities): each modality given with `probability`, and one at random where none was."""
-    given = torch.rand(n, len(MODALITIES), generator=generator) < probability
-    one = torch.randint(len(MODALITIES), (n,), generator=generator)
+    given = torch.rand(n, modalities, generator=generator) < probability
+    one = torch.randint(modalities, (n,), generator=generator)
     given[torch.arange(n), one] |= ~given.any(1)
     return given.float()
-
-
-def _coloured(given):
-    return given[:, [MODALITIES.index(name) for name in COLOURED]]
 
 
 def _members(category, n, generator):

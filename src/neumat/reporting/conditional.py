@@ -3,7 +3,7 @@
 import numpy as np
 
 from neumat.render.mitsuba_scene import render_grid
-from neumat.reporting.request_figures import request_sheet
+from neumat.reporting.request_figures import empty_page, request_sheet
 
 # What the figures show, where it was asked for; images: the first ones.
 FIGURES = {
@@ -29,6 +29,17 @@ def request_figure(requests, weights, size, spp, path):
     pictures = _pictures(each.flatten(0, 1), each.shape[1], size, spp)
     shown = None if requests.shown is None else [np.asarray(requests.shown[i]) for i in chosen]
     request_sheet([requests.names[i] for i in chosen], pictures, path, shown)
+
+
+def write_figures(samples, size, spp, paths):
+    """Write the figures {modality: path} of `samples`, a list of (Requests, weights), the first ones of each modality,
+    see `request_figure`; of a modality that nothing was asked by, a page that says so."""
+    for modality, path in paths.items():
+        asked = next((both for both in samples if both[0].modality == modality), None)
+        if asked:
+            request_figure(*asked, size, spp, path)
+        else:
+            empty_page(f"Not measured: no {modality} is known of these materials.", path)
 
 
 def category_figure(found, size, spp, path):

@@ -28,6 +28,14 @@ def request_sheet(labels, pictures, path, shown=None, groups=2):
         save_figure(drawn, path, dpi=pictures.shape[3])  # a picture an inch: enlarged, they would fill the report
 
 
+def empty_page(line, path):
+    """Write a PNG that says in one line why nothing is shown."""
+    with figure(5, 0.5) as (drawn, axes):
+        axes.axis("off")
+        axes.set_title(line, fontsize=8, fontweight="normal")
+        save_figure(drawn, path)
+
+
 def _framed(picture, size):
     """Return a picture enlarged or reduced to `size` by its nearest pixels, with a white edge on the right."""
     index = np.arange(size) * len(picture) // size
@@ -40,7 +48,7 @@ def guidance_chart(table, usual, path):
     """Write chart 3, PNG and SVG: how well requests are met, how diverse the answers are and how many of the raw draws
     are no valid BRDF, against the guidance scale.
 
-    table: of `conditions.sweeps.guidance_sweep`. usual: the scales in use, marked. path: of the PNG.
+    table: of `studies.request_sweeps.guidance_sweep`. usual: the scales in use, marked. path: of the PNG.
     """
     x = np.arange(len(table))  # evenly spaced, whatever the scales
     panels = (
@@ -56,6 +64,8 @@ def guidance_chart(table, usual, path):
     with figure(8.4, 2.8, ncols=3) as (drawn, axes):
         for axis, curves, title in zip(axes, panels, titles, strict=True):
             for k, (column, name) in enumerate(curves):
+                if table[column].isna().all():
+                    name += " (not measured)"
                 axis.plot(x, table[column], color=COLOURS[k], marker=MARKERS[k], markersize=4, linewidth=1, label=name)
             for i in np.flatnonzero(table["guidance"].isin(usual)):
                 axis.axvline(i, color=MUTED, linewidth=0.8, linestyle=(0, (4, 3)))

@@ -121,18 +121,22 @@ def _images(bench, folder):
 def _conditions(bench):
     red, blue = (torch.from_numpy(np.array(ball(colour))) for colour in (RED, BLUE))
     noise = torch.from_numpy(np.random.default_rng(0).integers(0, 256, (64, 64, 3), np.uint8))
-    every = {"type": "plastic", "category": "plastic", "text": "red plastic", "image": red}
-    yield refused("unknown type", "one of", lambda: bench.ask(type="wombat"))
+    types = bench.synthesiser.types  # those of the sources: none may be known of the user's own
+    every = {"type": "plastic"} if "plastic" in types else {}
+    every |= {"category": "plastic", "text": "red plastic", "image": red}
+    asked = f"{', '.join([*every][:-1])} and image"
+    yield refused("unknown type", "one of" if types else "no type", lambda: bench.ask(type="wombat"))
     yield refused("unknown category", "one of", lambda: bench.ask(category="wombat"))
     for name, words, request in (
         ("nothing asked for", (), {}),
         ("image of noise", (), {"image": noise}),
         ("type felt, text mirror", ("matte", "mirror"), {"type": "felt", "text": "mirror"}),
         ("text red, image blue", ("red", "blue"), {"text": "red", "image": blue}),
-        ("type, category, text and image that agree", ("red",), every),
-        ("type, category, text and image that do not", ("red", "blue"), every | {"category": "mirror", "image": blue}),
+        (f"{asked} that agree", ("red",), every),
+        (f"{asked} that do not", ("red", "blue"), every | {"category": "mirror", "image": blue}),
     ):
-        yield Stress(name, SAMPLES, SAMPLED, lambda words=words, request=request: bench.ask(words, **request))
+        if request.get("type") in (None, *types):
+            yield Stress(name, SAMPLES, SAMPLED, lambda words=words, request=request: bench.ask(words, **request))
 
 
 def _numbers(bench):

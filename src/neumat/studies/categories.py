@@ -14,6 +14,7 @@ WORDS = {
     "plastic": r"plastic",
     "mirror": r"chrome|specular-",
 }
+NAMES_COLUMNS = ["category", "words", "named", "in_category", "both", "precision", "recall", "unnamed", "missed"]
 PAPER_BOUNDARIES = (100, 600)  # M3ashy, appendix D.4, 1/sr
 
 
@@ -89,4 +90,4 @@ def names_table(table):
                     "missed": " ".join(table["name"][named & ~member]),
                 }
             )
-    return pd.DataFrame(rows)
+    return pd.DataFrame(rows, columns=NAMES_COLUMNS)

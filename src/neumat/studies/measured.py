@@ -4,19 +4,15 @@ from pathlib import Path
 
 import torch
 
-from neumat.brdf.rgl import SUFFIX, read_rgl
+from neumat.brdf.rgl import read_rgl
 from neumat.brdf.table import valid_entries
-from neumat.errors import NeumatError
 from neumat.render.tables import radiance_tables, table_matrix
 
 
-def measured_pictures(folder, *spheres):
-    """Return the names of the isotropic RGL .bsdf files in a folder, and for each FrozenSphere their linear pictures
-    (m, size, size, 3). Raises NeumatError where the folder holds none.
+def measured_pictures(files, *spheres):
+    """Return the names of isotropic RGL .bsdf files, and for each FrozenSphere their linear pictures
+    (m, size, size, 3).
     """
-    files = sorted(path for path in Path(folder).glob("*") if path.suffix.lower() == SUFFIX)
-    if not files:
-        raise NeumatError(folder, f"{SUFFIX} files", "none")
     pictures = [[] for _ in spheres]
     for path in files:
         table = torch.from_numpy(read_rgl(path))
@@ -24,4 +20,4 @@ def measured_pictures(folder, *spheres):
         for sphere, found in zip(spheres, pictures, strict=True):
             matrix, used = table_matrix(sphere, entries)
             found.append(radiance_tables(sphere, matrix, table[entries[used]]))
-    return [path.stem for path in files], *map(torch.cat, pictures)
+    return [Path(path).stem for path in files], *map(torch.cat, pictures)

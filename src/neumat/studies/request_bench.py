@@ -22,6 +22,7 @@ from neumat.brdf.types import read_types
 from neumat.conditions.photos import augmented, lighting
 from neumat.conditions.prompts import EARLIER, REPORT, VALIDATION, read_prompts
 from neumat.conditions.store import AZIMUTHS, RINGS, SIZE, read_conditions
+from neumat.conditions.texts import thing_of
 from neumat.conditions.training import PROTOCOL
 from neumat.errors import NeumatError
 from neumat.fields.field import evaluate
@@ -73,8 +74,8 @@ class Bench:
     """The requests and the judges of one evaluation. paths: neumerl, manifest, sources, types, prompts, conditions.
 
     side: validation, on which settings are chosen, or report. synthesiser: its encoders and projection make the
-    requests. entries: of the valid MERL entries. images: how many held-out materials are shown. measured: a folder of
-    RGL files that are shown too, or None.
+    requests. entries: of the valid MERL entries. images: how many held-out materials are shown. measured: paths of RGL
+    files that are shown too, or None.
     """
 
     def __init__(self, side, paths, synthesiser, entries, images, measured, seed):
@@ -83,16 +84,18 @@ class Bench:
         self.weights = read_neumerl(paths["neumerl"]).weights
         self.conditions = read_conditions(paths["conditions"])
         self.train, self.reference = protocol_indices(rows, PROTOCOL)
-        source = (rows["parent_a"] == rows["parent_b"]) & rows["base"].isin(self.table.index)
+        source = rows["parent_a"] == rows["parent_b"]
         self.families = dict(zip(self.table["type"], self.table["family"], strict=True))
 
-        plain = rows[source & (rows["permutation"] == PERMUTATIONS[0])]
+        plain = rows[source & rows["base"].isin(self.table.index) & (rows["permutation"] == PERMUTATIONS[0])]
         self.source_types = self.table["type"][plain["base"]].to_numpy()
-        self.types = TypeScorer().fit(self.weights[plain.index], self.source_types)
+        # Of the user's own materials no type is known: none is asked for then, nor can be judged.
+        if len(set(self.source_types)) > 1:
+            self.types = TypeScorer().fit(self.weights[plain.index], self.source_types)
         names, counts = np.unique(self.source_types, return_counts=True)
         self.several = names[counts >= SEVERAL]
         own = rows[source]
-        described = self.table["description"][own["base"]]
+        described = [thing_of(row, self.table)[0] for row in own.itertuples()]
         self.texts = TextScorer().fit(
             self.weights[own.index], material_texts(self.weights[own.index], described), own["base"].to_numpy()
         )
@@ -109,17 +112,18 @@ class Bench:
         return MaterialSet(self.entries, evaluate(weights, *grid_angles(self.entries)))
 
     def requests(self):
-        """Return the Requests of each modality: types that training materials have, prompts, pictures."""
-        known = [name for name in self.synthesiser.types if name in set(self.source_types)]
-        rows = torch.cat([self.synthesiser.encode(type=name)["type"] for name in known])
+        """Return the Requests of each modality: types, where two or more are known, prompts, pictures."""
+        known = self.synthesiser.types
         shown = self.weights[self.shown]
         taken = augmented(radiance_fields(self.camera, shown), self.seed, "shown")
         names = [self.conditions.facts["name"][i] for i in self.shown]
         result = [
-            self._asked("type", known, {"type": rows}),
             *self._texts_asked(),
             self._pictured("image", names, taken, shown),
         ]
+        if len(known) > 1:
+            rows = torch.cat([self.synthesiser.encode(type=name)["type"] for name in known])
+            result.insert(0, self._asked("type", known, {"type": rows}))
         if self.measured:
             names, linear, judged = measured_pictures(self.measured, self.camera, self.sphere)
             result.append(self._pictured("measured", names, augmented(linear, self.seed, "measured"), to_srgb8(judged)))

@@ -38,7 +38,10 @@ def guidance_sweep(bench, n, guidances, seed, progress=iter):
 
 
 def _summary(found):
-    row = {name: found[modality][measure][0] for name, (modality, measure) in COLUMNS.items() if modality in found}
+    row = {
+        name: found[modality][measure][0] if modality in found else np.nan
+        for name, (modality, measure) in COLUMNS.items()
+    }
     for name, measure in (("diversity", "diversity"), ("nearest", "nearest training")):
         row[name] = np.mean([judged[measure][0] for judged in found.values()]) if found else np.nan
     return row

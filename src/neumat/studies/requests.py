@@ -9,6 +9,7 @@ from neumat.studies.request_bench import MET
 # Answers to a type that are judged, times as many as to other requests: a judge that has not seen the nearest source
 # can be had for ten types only, and their 120 answers leave a standard error of .045.
 TYPE_ANSWERS = 4
+TYPE_COLUMNS = ["type", "family", "sources", "judged", "right", "unmet", "top1", "top3", "family_accuracy"]
 
 
 def compare(bench, n, guidance, candidates, seed, progress=iter):
@@ -19,9 +20,10 @@ def compare(bench, n, guidance, candidates, seed, progress=iter):
     for texts and images "conditional, best of k", which `Synthesiser.best` chose from k `candidates` for each, as
     samples are served; "null: nearest", by the embedding, and for images "null: nearest appearance", by what is
     predicted from the picture; "null: unconditional" and the same, best of k; "training set", what training materials
-    that are right reach. types: `by_type` of the conditional samples.
+    that are right reach. types: `by_type` of the conditional samples, without rows where no type is known.
     """
     rows, samples, model = [], [], bench.synthesiser.model
+    types = pd.DataFrame(columns=TYPE_COLUMNS)
     for requests in progress(bench.requests()):
         every = np.repeat(np.arange(len(requests)), n)
         more = n * TYPE_ANSWERS if requests.modality == "type" else n

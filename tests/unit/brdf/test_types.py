@@ -14,7 +14,8 @@ TYPES = Path(__file__).parents[3] / "config" / "types.tsv"
 def test_every_measured_material_has_one_of_the_papers_48_types():
     types = read_types(TYPES)
     assert set(types.index) == set(embedded_names())
-    assert len(type_names(types)) == 48
+    sources = pd.DataFrame({"parent_a": embedded_names(), "parent_b": embedded_names()})
+    assert len(type_names(sources, types)) == 48
     assert (types != "").all(axis=None)
 
 
@@ -27,11 +28,17 @@ def test_blends_carry_both_types_and_unknown_materials_none():
         }
     )
     rows = type_rows(manifest, types)
-    chrome, fabric = (type_names(types).index(name) for name in ("chrome", "fabric"))
+    chrome, fabric = (type_names(manifest, types).index(name) for name in ("chrome", "fabric"))
     assert rows.sum(1).tolist() == [1, 1, 1, 0]
+    assert type_names(manifest, types) == ["chrome", "fabric"]
     assert rows[0, chrome] == 1 and rows[2, fabric] == 1
     assert rows[1, [chrome, fabric]].tolist() == [0.5, 0.5]
     assert rows.dtype == np.float32
+
+
+def test_no_type_is_known_of_sources_that_the_table_does_not_name():
+    manifest = pd.DataFrame({"parent_a": ["001", "NA"], "parent_b": ["001", "NA"]})
+    assert type_names(manifest, read_types(TYPES)) == [] and type_rows(manifest, read_types(TYPES)).shape == (2, 0)
 
 
 @pytest.mark.parametrize(

@@ -196,8 +196,20 @@ def test_wrong_requests_end_in_one_line(model):
                 ask(n, 0, {})
 
 
+def test_without_types_everything_else_can_be_asked_for(data, model, tmp_path):
+    """A set whose types nobody knows: no row, no size, and one line for who asks all the same."""
+    weights, conditions = data
+    tuned = ConditionalDiffusion(model.base, Tuning(steps=300, batch=64, settled=0.1), {}, {})
+    tuned.fit(weights, conditions | {"type": torch.zeros(N, 0)}, seed=1).save(tmp_path / "untyped.safetensors")
+    loaded = ConditionalDiffusion.load(tmp_path / "untyped.safetensors")
+    bright, dark = (loaded.draw(40, 2, {"text": one_hot(k, 8)}) for k in (0, 1))
+    assert (level(bright) > 0.15).float().mean() > 0.9 > 0.1 > (level(dark) > 0.15).float().mean()
+    with pytest.raises(NeumatError, match="expected one of category, text, image; found type"):
+        loaded.draw(2, 0, {"type": torch.zeros(1, 0)})
+
+
 def test_something_is_always_asked_in_training():
-    given = _given(1000, 0.3, torch.Generator().manual_seed(0))
+    given = _given(1000, len(MODALITIES), 0.3, torch.Generator().manual_seed(0))
     assert given.shape == (1000, len(MODALITIES)) and given.any(1).all()
     assert 0.3 < given.mean() < 0.4
 

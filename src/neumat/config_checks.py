@@ -1,0 +1,92 @@
+"""What of a configuration can be wrong beyond its schema, and can be known before anything runs."""
+
+import re
+from pathlib import Path
+
+from neumat.augment.manifest import draw_manifest, fold_count, protocol_indices
+from neumat.brdf.categories import check_rules
+from neumat.config import SUFFIXES, load_scene
+from neumat.errors import NeumatError
+
+SMALLEST = 2  # materials of a side, between which there is a distance
+
+
+def check(config, names, scenes, scene_schema):
+    """Raise NeumatError for the first mistake that a run would only find later.
+
+    config: of `load`; names: of `source_names`; scenes: the folder of the scenes' files; scene_schema: a path.
+    """
+    check_rules(config["constrained"]["rules"])
+    _ascending("augment.weight_range", config["augment"]["weight_range"])
+    for method in ("hyperdiffusion", "merl100"):
+        levels = config["generative"]["methods"][method]
+        pair = [levels["sigma_min"], levels["sigma_max"]]
+        _ascending(f"generative.methods.{method}.sigma_min and sigma_max", pair, strict=True)
+    tolerances = config["scenes"]["tolerances"]
+    if config["scenes"]["tolerance"] not in tolerances:
+        expected = f"one of scenes.tolerances, {', '.join(map(str, tolerances))}"
+        raise NeumatError("config key scenes.tolerance", expected, config["scenes"]["tolerance"])
+    manifest = draw_manifest(names, config["augment"], config["seed"])
+    check_sides(manifest, config["evaluate"])
+    if not chosen_folds(config["evaluate"]["folds"], len(names)):
+        expected = f"a fold below {fold_count(len(names))}, as many as {len(names)} sources have"
+        raise NeumatError("config key evaluate.folds", expected, config["evaluate"]["folds"])
+    _check_scenes(config, manifest, Path(scenes), scene_schema)
+
+
+def chosen_folds(folds, n):
+    """Return those of the configured folds that n sources have."""
+    return [k for k in folds if k < fold_count(n)]
+
+
+def check_sides(manifest, evaluate):
+    """Raise NeumatError where a set is larger than a side of a protocol of the config's section `evaluate`."""
+    sides = [
+        (len(indices), f"the {side} materials of {protocol}")
+        for protocol in evaluate["protocols"]
+        for side, indices in zip(("training", "reference"), protocol_indices(manifest, protocol), strict=True)
+    ]
+    count, smallest = min(sides, key=lambda side: side[0])
+    if count < SMALLEST:
+        raise NeumatError("config key augment.held_out", f"at least {SMALLEST} of {smallest}", count)
+    if count < evaluate["set_size"]:
+        raise NeumatError("config key evaluate.set_size", f"at most {count}, {smallest}", evaluate["set_size"])
+
+
+def folder_contents(key, folder, suffix=SUFFIXES["rgl"]):
+    """Return the files of one kind, sorted, in the folder that the config's `key` names; none where it is null.
+
+    Raises NeumatError where it is no folder or holds no such file.
+    """
+    if folder is None:
+        return []
+    expected, path = f"a folder of {suffix} files", Path(folder)
+    if not path.is_dir():
+        raise NeumatError(f"config key {key}", expected, folder)
+    files = sorted(str(file) for file in path.iterdir() if file.suffix.lower() == suffix and file.name[0] != ".")
+    if not files:
+        raise NeumatError(f"config key {key}", expected, f"none in {folder}")
+    return files
+
+
+def _ascending(key, pair, strict=False):
+    if pair[0] > pair[1] or (strict and pair[0] == pair[1]):
+        raise NeumatError(f"config key {key}", "two ascending numbers", pair)
+
+
+def _check_scenes(config, manifest, folder, schema):
+    samples = config["evaluate"]["draws"] * config["evaluate"]["set_size"]
+    known = set(manifest["name"])
+    for scene in config["scenes"]["names"]:
+        path = folder / f"{scene}.yaml"
+        if not path.is_file():
+            raise NeumatError("config key scenes.names", f"names of files in {folder.name}", f"no {path.name}")
+        for name, item in load_scene(path, schema)["objects"].items():
+            for material in item["materials"]:
+                ranked = re.fullmatch(r"(?:sources|samples)@(\d(?:\.\d+)?)", material)
+                sampled = re.fullmatch(r"sample-(\d+)", material)
+                there = (ranked and float(ranked[1]) <= 1) or (sampled and int(sampled[1]) < samples)
+                if not (there or material in known):
+                    of_model = f"sample-0 to sample-{samples - 1}, sources@<0..1> or samples@<0..1>"
+                    expected = f"the name of a source or blend, {of_model}"
+                    raise NeumatError(f"{path}: key objects.{name}.materials", expected, repr(material))
