@@ -28,6 +28,9 @@ def check(config, names, scenes, scene_schema):
         raise NeumatError("config key scenes.tolerance", expected, config["scenes"]["tolerance"])
     manifest = draw_manifest(names, config["augment"], config["seed"])
     check_sides(manifest, config["evaluate"])
+    shown = manifest["base"][protocol_indices(manifest, "parity")[1]].nunique()
+    if shown < SMALLEST:  # one for validation, one for the report
+        raise NeumatError("config key augment.held_out", "held-out materials of two bases to show", shown)
     if not chosen_folds(config["evaluate"]["folds"], len(names)):
         expected = f"a fold below {fold_count(len(names))}, as many as {len(names)} sources have"
         raise NeumatError("config key evaluate.folds", expected, config["evaluate"]["folds"])

@@ -84,6 +84,7 @@ rule tune:
         sampling={
             key: config["generative"]["sampling"][key] for key in ("sampler", "nfe")
         },
+        served={key: config["conditional"][key] for key in ("guidance", "candidates")},
         seed=config["seed"],
         checkpoint="results/conditional/model{power}.checkpoint",
     script:

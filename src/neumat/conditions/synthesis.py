@@ -17,9 +17,8 @@ from neumat.generative.conditional import ConditionalDiffusion
 from neumat.render.sphere import FrozenSphere, render_fields
 
 FARTHEST = 0.5  # cosine to the nearest training caption, below which a text is not about materials
-CANDIDATES = 16
 NEEDED = {"captions", "weights", "rendered", "appearance.kernel"}  # beside the networks, in a checkpoint
-GUIDANCE = {"type": 2.0, "category": 0.0, "text": 1.0, "image": 0.0}
+SERVED = {"guidance", "candidates"}  # among its notes: how requests are served, of the config that it was tuned with
 TOLD = {"text", "image"}  # modalities by which candidates can be told apart
 CHOOSY = 4  # one in so many candidates is a good answer, of which the most different are served
 # Of the noise on the training materials that answers to a picture begin with: just below `Tuning.settled`, so that the
@@ -33,12 +32,14 @@ class Synthesiser:
     """A conditional model with the encoders that its requests need.
 
     Attributes: `types`, `categories`: the names that can be asked for. `model`: the ConditionalDiffusion. `weights`
-    (N, 675): of the training materials.
+    (N, 675): of the training materials. `guidance` {modality: scale} and `candidates`: how requests are served where
+    they don't say themselves, as configured for the run that tuned the model.
     """
 
     def __init__(self, model):
         self.model = model
         self.types, self.categories = model.notes["types"], model.notes["categories"]
+        self.guidance, self.candidates = model.notes["guidance"], model.notes["candidates"]
         extra = dict(model.extra)
         self.captions, self.weights = extra.pop("captions"), extra.pop("weights")
         self.rendered = extra.pop("rendered").float()
@@ -59,22 +60,23 @@ class Synthesiser:
     def load(cls, path):
         """Read the checkpoint that the rule `tune` wrote. Raises NeumatError for another file."""
         model = ConditionalDiffusion.load(path)
-        if missing := NEEDED - model.extra.keys():
+        if missing := (NEEDED - model.extra.keys()) | (SERVED - model.notes.keys()):
             raise NeumatError(path, "a model of this version (rule tune)", f"one without {', '.join(sorted(missing))}")
         return cls(model)
 
-    def synthesise(self, n, seed, guidance=None, candidates=CANDIDATES, **request):
+    def synthesise(self, n, seed, guidance=None, candidates=None, **request):
         """Return (weights (n, 675) of valid BRDFs, how many were drawn for them).
 
-        guidance: the scale, or {modality: scale}, see `scale`; None for GUIDANCE. candidates: drawn for each of the n
-        where a text or an image is given, see `best`. request: see `encode`.
+        guidance: the scale, or {modality: scale}, see `scale`. candidates: drawn for each of the n where a text or an
+        image is given, see `best`. None: the model's own. request: see `encode`.
         Raises NeumatError for a request that cannot be met.
         """
-        if candidates < 1:
-            raise NeumatError("candidates", "at least 1", candidates)
+        guidance = self.guidance if guidance is None else guidance
+        candidates = self.candidates if candidates is None else candidates
+        check_numbers(n, guidance, candidates)
         asked = self.encode(**request)
         many = n * candidates if TOLD & asked.keys() else n
-        guidance = scale(GUIDANCE if guidance is None else guidance, asked)
+        guidance = scale(guidance, asked)
         weights, drawn = self.model.sample(many, seed, self.embed(asked), guidance, self.start(asked, n, candidates))
         return self.best(weights[None], asked, n)[0], drawn
 
@@ -153,12 +155,7 @@ class Synthesiser:
     def encode_texts(self, texts):
         """Return texts as encoded, (n, t). Raises NeumatError for an empty one and for what is no text."""
         for text in texts:
-            if not isinstance(text, str):
-                raise NeumatError("text", "words", repr(text))
-            if not text.strip():
-                raise NeumatError("text", "words", "an empty text")
-            if any("\ud800" <= letter <= "\udfff" for letter in text):  # as Python reads bytes that are not UTF-8
-                raise NeumatError("text", "Unicode", f"{text[:40]!r}")
+            check_text(text)
             if len(text.split()) > WORDS_READ:
                 logging.warning("text: only its first %d words are read, of %d", WORDS_READ, len(text.split()))
         features = self.encoder.encode_text([" ".join(text.split()[:WORDS_READ]) for text in texts])
@@ -176,6 +173,27 @@ def scale(guidance, request):
     """Return the guidance scale of a request: `guidance`, or of {modality: scale} the least of what is asked for, since
     what is exaggerated for one modality is lost for another."""
     return min((guidance[name] for name in request), default=0.0) if isinstance(guidance, dict) else guidance
+
+
+def check_text(text):
+    """Raise NeumatError for what is no text to ask with."""
+    if not isinstance(text, str):
+        raise NeumatError("text", "words", repr(text))
+    if not text.strip():
+        raise NeumatError("text", "words", "an empty text")
+    if any("\ud800" <= letter <= "\udfff" for letter in text):  # as Python reads bytes that are not UTF-8
+        raise NeumatError("text", "Unicode", f"{text[:40]!r}")
+
+
+def check_numbers(n, guidance, candidates):
+    """Raise NeumatError for less than one sample or candidate, and for guidance below -1 or not finite."""
+    if n < 1:
+        raise NeumatError("n", "at least 1 sample", n)
+    if candidates < 1:
+        raise NeumatError("candidates", "at least 1", candidates)
+    for value in guidance.values() if isinstance(guidance, dict) else [guidance]:
+        if not -1 <= value < float("inf"):
+            raise NeumatError("guidance", "a finite number of at least -1", value)
 
 
 def _one_hot(kind, name, names):

@@ -47,12 +47,13 @@ def for_requests(projection, captions, weights, images):
     return projection.state | told | {"captions": captions, "weights": weights, "rendered": seen.half()}
 
 
-def tune(paths, tuning, rules, sampling, seed, progress, checkpoint):
+def tune(paths, tuning, rules, sampling, served, seed, progress, checkpoint):
     """Return the fitted ConditionalDiffusion, which carries what requests need, see `for_requests`, and the names that
     can be asked for.
 
     paths: neumerl, manifest, conditions, projection, statistics (of all fields), model (the unconditional one).
-    tuning, sampling: dicts. rules: of the categories, see `categorise`.
+    tuning, sampling: dicts. served: {"guidance": {modality: scale}, "candidates": number}, see Synthesiser. rules: of
+    the categories, see `categorise`.
     """
     train, _ = protocol_indices(read_manifest(paths["manifest"]), PROTOCOL)
     conditions, projection = read_conditions(paths["conditions"]), read_projection(paths["projection"])
@@ -61,7 +62,7 @@ def tune(paths, tuning, rules, sampling, seed, progress, checkpoint):
     base.sampler, base.nfe = sampling["sampler"], sampling["nfe"]
     given = training_conditions(conditions, projection, category, train)
     weights = read_neumerl(paths["neumerl"]).weights[torch.as_tensor(train)]
-    notes = {"encoder": conditions.encoder, "types": conditions.types, "categories": list(CATEGORIES)}
+    notes = {"encoder": conditions.encoder, "types": conditions.types, "categories": list(CATEGORIES)} | served
     spread = conditions.text[train].flatten(0, 1).unique(dim=0)
     landmarks = normalize(spread[:: max(1, len(spread) // LANDMARKS)]).half()
     extra = for_requests(projection, landmarks, weights, conditions.image[train])

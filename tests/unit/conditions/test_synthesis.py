@@ -8,7 +8,7 @@ from torch.nn.functional import normalize
 
 from neumat.conditions.appearance import rendered_appearance
 from neumat.conditions.descriptions import Descriptions
-from neumat.conditions.synthesis import GUIDANCE, Synthesiser, scale
+from neumat.conditions.synthesis import Synthesiser, check_numbers, scale
 from neumat.errors import NeumatError
 from neumat.generative.conditional import MODALITIES
 from neumat.render.sphere import FrozenSphere
@@ -36,11 +36,46 @@ def test_what_is_no_request_ends_in_one_line(request_, expected):
 
 
 def test_guidance_is_the_least_of_what_is_asked_for():
-    assert GUIDANCE.keys() == set(MODALITIES)
     request = {"text": None, "image": None}
     assert scale({"text": 2.0, "image": 0.5, "type": -1.0}, request) == 0.5
     assert scale(3.0, request) == 3.0
-    assert scale(GUIDANCE, {}) == 0.0
+    assert scale(dict.fromkeys(MODALITIES, 2.0), {}) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ({}, (0.25, 6)),
+        ({"guidance": 3.0}, (3.0, 6)),
+        ({"candidates": 5}, (0.25, 10)),
+        ({"guidance": {"text": -1.0}}, (-1.0, 6)),
+    ],
+)
+def test_requests_are_served_as_the_model_was_configured_where_they_do_not_say(given, expected):
+    drawn = []
+
+    class Model:
+        def sample(self, n, seed, request, guidance, start):
+            drawn.append((guidance, n))
+            return torch.zeros(n, 675), n
+
+    served = Synthesiser.__new__(Synthesiser)
+    served.model, served.guidance, served.candidates = Model(), {"text": 0.25, "type": 9.0}, 3
+    served.encode = served.embed = lambda asked=None, **request: request or asked
+    served.start = lambda *_: None
+    served.best = lambda weights, asked, n: weights[:, :n]
+    served.synthesise(2, 0, text="red", **given)
+    assert drawn == [expected]
+
+
+@pytest.mark.parametrize(
+    ("numbers", "words"),
+    [((0, 1.0, 1), "n: expected at least 1"), ((1, 1.0, 0), "candidates"), ((1, -2.0, 1), "guidance"),
+     ((1, float("nan"), 1), "guidance"), ((1, {"text": float("inf")}, 1), "guidance")],
+)  # fmt: skip
+def test_numbers_that_cannot_be_are_refused_before_anything_is_encoded(numbers, words):
+    with pytest.raises(NeumatError, match=words):
+        check_numbers(*numbers)
 
 
 RED, GREEN, BLUE = (0.5, 0.05, 0.05), (0.05, 0.5, 0.05), (0.05, 0.05, 0.5)

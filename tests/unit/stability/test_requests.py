@@ -55,6 +55,7 @@ def bench(toy):
     base = make("hyperdiffusion", config | {"sigma_min": 0.1, "sigma_max": 20.0})
     base.fit(Dataset(weights, index, index % 6, index >= 0), seed=0)
     notes = {"encoder": "toy", "types": TYPES, "categories": list(CATEGORIES)}
+    notes |= {"guidance": dict.fromkeys(MODALITIES, 1.0), "candidates": 2}
     extra = for_requests(projection, said, weights, encoder.encode_image(seen)[:, None])
     model = ConditionalDiffusion(base, Tuning(steps=150, batch=64), notes, extra)
     model.fit(weights, conditions, seed=1)
