@@ -173,9 +173,8 @@ SECTIONS = (
         "each material include its share of the first field (`first_seconds`), which all materials of a run start "
         "from. The published loop fits one material at a time, and its rate was measured in the same run: "
         "`rate_ratio` compares samples per second; `speedup_m3ashy` and `speedup_nbrdf` compare the time of a "
-        "material, for the samples that the released programs visit (`charts.published_samples` in `config/README.md`). "
-        "Measured materials are those of the folder `fit.measured`: budgets are chosen on the ones for validation, and the "
-        "others report.",
+        "material, for the samples that the released programs visit (`charts.published_samples`). Measured materials "
+        "are those of the folder `fit.measured`: budgets are chosen on the ones for validation, the others report.",
         ("charts/fit.csv",),
         "`make charts`",
         tables=(_show("charts/fit.csv"),),
