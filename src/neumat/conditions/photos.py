@@ -1,12 +1,10 @@
 """Pictures as conditions: a user's image files, and renders of the training materials made as varied as photos."""
 
 import math
-import warnings
 
-import numpy as np
 import torch
-from PIL import Image, ImageOps, UnidentifiedImageError
 
+from neumat.conditions.image_files import read_square
 from neumat.errors import NeumatError
 from neumat.render import scene
 from neumat.seeds import torch_generator
@@ -14,8 +12,6 @@ from neumat.seeds import torch_generator
 SIZE = 128  # pixels of a picture before encoding
 SMALLEST, FLATTEST = 16, 2 / 255  # pixels along the shorter side; standard deviation of an image that shows something
 EXPOSURES, BALANCE = 0.7, 0.08  # stops to either side; standard deviation of the log gain of each channel
-# What Pillow's decoders raise for a damaged file; the last comes from AVIF's, the one before from GIF's.
-DECODING = (OSError, UnidentifiedImageError, SyntaxError, ValueError, EOFError, RuntimeError)
 GOLDEN = 2.399963  # rad, the golden angle
 TILT = 0.4  # rad, up and down in turn
 CROPS = (0.35, 1.0)  # side of the crop as a share of the sphere's diameter
@@ -24,23 +20,10 @@ CROPS = (0.35, 1.0)  # side of the crop as a share of the sphere's diameter
 def read_photo(path):
     """Return an image file as uint8 sRGB (SIZE, SIZE, 3): its central square, transparency on mid grey.
 
-    Any format, bit depth and orientation that Pillow reads. Raises NeumatError for a missing, truncated or foreign
-    file, values that are not finite, and a picture that shows nothing (see `check_picture`).
+    Any format, colour space, bit depth and orientation that `image_files` reads. Raises NeumatError for a missing,
+    truncated or foreign file, values that are not finite, and a picture that shows nothing (see `check_picture`).
     """
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of tags and formats: what is read despite them is as good
-            warnings.simplefilter("error", Image.DecompressionBombWarning)
-            with Image.open(path) as file:
-                _check_size(path, file.size)
-                file.draft("RGB", (4 * SIZE, 4 * SIZE))  # a huge JPEG is read at a fraction of its size
-                image = ImageOps.exif_transpose(file)
-                image = ImageOps.fit(_rgb(image), (SIZE, SIZE), Image.Resampling.BOX, centering=(0.5, 0.5))
-    except DECODING as error:
-        raise NeumatError(path, "a whole image file", error) from error
-    except (Image.DecompressionBombWarning, Image.DecompressionBombError) as error:
-        raise NeumatError(path, f"an image of at most {Image.MAX_IMAGE_PIXELS} pixels", "a larger one") from error
-    pixels = torch.from_numpy(np.array(image))
+    pixels = torch.from_numpy(read_square(path, SIZE, SMALLEST))
     check_picture(path, pixels)
     return pixels
 
@@ -50,29 +33,11 @@ def check_picture(where, pixels):
     picture that shows nothing (a single brightness)."""
     if pixels.dtype != torch.uint8 or pixels.ndim != 3 or pixels.shape[2] != 3:
         raise NeumatError(where, "a picture, uint8 (H, W, 3)", f"{pixels.dtype} {tuple(pixels.shape)}")
-    _check_size(where, (pixels.shape[1], pixels.shape[0]))
+    if min(pixels.shape[:2]) < SMALLEST:
+        size = (pixels.shape[1], pixels.shape[0])
+        raise NeumatError(where, f"an image of at least {SMALLEST} x {SMALLEST} pixels", size)
     if (pixels / 255).std() < FLATTEST:
         raise NeumatError(where, "a picture of a material", f"one even colour, {tuple(pixels[0, 0].tolist())}")
-
-
-def _check_size(where, size):
-    if min(size) < SMALLEST:
-        raise NeumatError(where, f"an image of at least {SMALLEST} x {SMALLEST} pixels", size)
-
-
-def _rgb(image):
-    """Return a Pillow image as RGB; deeper grey is scaled, not clipped, to 8 bits: 16 bits by their range, 32 bits and
-    floats by their maximum."""
-    if image.mode.startswith(("I", "F")):
-        grey = np.asarray(image, np.float64)
-        if not np.isfinite(grey).all():
-            raise ValueError("values that are not finite")
-        top = max(grey.max(), 65535 if image.mode.startswith("I") else 1e-12)
-        image = Image.fromarray((grey.clip(0, top) / top * 255).round().astype(np.uint8))
-    if "A" in image.getbands() or "transparency" in image.info:
-        image = image.convert("RGBA")
-        image = Image.alpha_composite(Image.new("RGBA", image.size, (119, 119, 119, 255)), image)
-    return image.convert("RGB")
 
 
 def turned(turn, tilt):

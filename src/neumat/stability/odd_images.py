@@ -1,5 +1,8 @@
 """Image files as users have them: unusual but whole ones, and ones that no condition can be read from."""
 
+import struct
+import zlib
+
 import numpy as np
 from PIL import Image
 
@@ -50,6 +53,14 @@ def _not_finite(path):
     Image.fromarray(values).save(path)
 
 
+def _gigapixel(path):
+    ball(RED).save(path)
+    data = bytearray(path.read_bytes())
+    data[16:24] = struct.pack(">II", 40_000, 30_000)  # the size that a PNG file's header tells
+    data[29:33] = struct.pack(">I", zlib.crc32(data[12:29]))
+    path.write_bytes(data)
+
+
 # {what: (file name, function that writes `ball(RED)` to a path, the mode of Pillow that holds what is left of it)}
 UNUSUAL = {
     "with alpha": ("alpha.png", _clear, "RGB"),
@@ -66,11 +77,11 @@ BROKEN = {
     "white": ("white.png", lambda path: Image.new("RGB", (64, 64), "white").save(path), "one even colour"),
     "all transparent": ("clear.png", lambda path: Image.new("RGBA", (64, 64)).save(path), "one even colour"),
     "tiny, 8 x 8": ("tiny.png", lambda path: ball(RED, 8).save(path), "at least 16 x 16"),
-    "beyond Pillow's limit": ("limit.png", lambda path: Image.new("1", (9500, 9500)).save(path), "an image of at most"),
+    "1200 megapixels": ("gigapixel.png", _gigapixel, "an image of at most 300 megapixels"),
     "truncated": ("cut.png", _truncated, "a whole image file"),
     "not finite": ("float.tif", _not_finite, "not finite"),
-    "not an image": ("text.png", lambda path: path.write_text("words"), "a whole image file"),
-    "empty file": ("empty.png", lambda path: path.touch(), "a whole image file"),
-    "a folder": ("folder.png", lambda path: path.mkdir(), "a whole image file"),
-    "no such file": ("missing.png", lambda path: None, "a whole image file"),
+    "not an image": ("text.png", lambda path: path.write_text("words"), "another kind of file"),
+    "empty file": ("empty.png", lambda path: path.touch(), "an empty file"),
+    "a folder": ("folder.png", lambda path: path.mkdir(), "a folder"),
+    "no such file": ("missing.png", lambda path: None, "no such file"),
 }
