@@ -109,7 +109,8 @@ def results_page(results):
         lines.append(section.text)
         for show in section.tables:
             shown = show(results)
-            lines += ["", shown if isinstance(shown, str) else frame_markdown(shown)]
+            if shown is not None:
+                lines += ["", shown if isinstance(shown, str) else frame_markdown(shown)]
         for name, caption in section.pictures.items():
             if (results / name).is_file():
                 lines += ["", f"![{caption}]({Path(name).stem}.webp)"]

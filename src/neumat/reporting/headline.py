@@ -84,7 +84,7 @@ def _novelty(table):
 
 def _generalisation(table):
     ours, copies, best = (
-        _value(table, ".1f", method=method, metric="one_nna", distance="brdf_l1")
+        _value(table, ".1f", method=method, protocol="generalisation", metric="one_nna", distance="brdf_l1")
         for method in ("hyperdiffusion", "copies", "training-set")
     )
     return "1-NNA by BRDF-L1 over held-out sources, %", ours, f"{copies} (copies)", f"{best} (training set)"

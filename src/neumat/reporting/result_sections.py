@@ -15,7 +15,7 @@ class Section:
     """One section of the page.
 
     needs: files of the run, without which the section only says what makes them (`make`). tables: functions of the
-    folder of results that return a data frame or Markdown. pictures: {file of the run: caption}.
+    folder of results that return a data frame, Markdown, or None. pictures: {file of the run: caption}.
     """
 
     title: str
@@ -27,7 +27,12 @@ class Section:
 
 
 def _rows(results, name, columns=(), drop=(), **keep):
-    """Return a table of the run: `columns` of those that it has (all where none is named), rows that match `keep`."""
+    """Return a table of the run: `columns` of those that it has (all where none is named), rows that match `keep`.
+
+    None where the run has no such table.
+    """
+    if not (results / name).is_file():
+        return None
     table = read_table(results / name)
     for key, value in keep.items():
         table = table[table[key] == value]
@@ -120,7 +125,15 @@ SECTIONS = (
         "true data are told apart; copies are the null. No setting was chosen by these figures.",
         ("tables/generalisation.csv",),
         "`make generalisation`",
-        tables=(functools.partial(_table2, name="tables/generalisation.csv", protocol="generalisation"),),
+        tables=(
+            functools.partial(_table2, name="tables/generalisation.csv", protocol="generalisation"),
+            _show(
+                "tables/generalisation_novelty.csv",
+                drop=("protocol", "distance"),
+                protocol="generalisation",
+                distance="brdf_l1_log",
+            ),
+        ),
     ),
     Section(
         "Requests",
