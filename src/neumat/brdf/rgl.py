@@ -145,8 +145,8 @@ def read_rgl(path):
 def check_fields(path, tensors):
     """Raise NeumatError where the tensors {name: array} are not those of an isotropic RGB material.
 
-    That is: FIELDS, without those of spectral files; values finite, densities too; tables of at least 2 points a side; 1 or 2 phi_i,
-    which like theta_i rise.
+    That is: FIELDS, without those of spectral files; finite values; tables of at least 2 points a side; a vndf that is
+    a density; 1 or 2 phi_i, which like theta_i rise.
     """
     if "spectra" in tensors or "wavelengths" in tensors:
         raise NeumatError(path, "an RGB file of the RGL database (*_rgb.bsdf)", "a spectral one")

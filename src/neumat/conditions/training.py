@@ -4,13 +4,15 @@ import torch
 from safetensors import safe_open
 from torch.nn.functional import normalize
 
-from neumat.augment.manifest import protocol_indices, read_manifest
+from neumat.augment.manifest import read_manifest
 from neumat.brdf.categories import CATEGORIES, categorise
 from neumat.conditions.appearance import AppearanceRegression, rendered_appearance
 from neumat.conditions.projection import Projection
 from neumat.conditions.store import read_conditions
 from neumat.fields.store import read_neumerl
+from neumat.files import reading
 from neumat.generative.conditional import ConditionalDiffusion, Tuning
+from neumat.generative.dataset import training_indices
 from neumat.generative.hyperdiffusion import HyperDiffusion
 from neumat.tables import read_table
 
@@ -19,8 +21,8 @@ LANDMARKS = 2000  # captions kept in the checkpoint, to tell texts about materia
 
 
 def read_projection(path):
-    """Return the Projection that the rule `projection` wrote."""
-    with safe_open(path, "pt") as file:
+    """Return the Projection that the rule `projection` wrote. Raises NeumatError for another or a damaged file."""
+    with reading(path, "a projection of texts and pictures"), safe_open(path, "pt") as file:
         return Projection(file.metadata()["encoder"], {name: file.get_tensor(name) for name in file.keys()})
 
 
@@ -55,13 +57,14 @@ def tune(paths, tuning, rules, sampling, served, seed, progress, checkpoint):
     tuning, sampling: dicts. served: {"guidance": {modality: scale}, "candidates": number}, see Synthesiser. rules: of
     the categories, see `categorise`.
     """
-    train, _ = protocol_indices(read_manifest(paths["manifest"]), PROTOCOL)
+    fitted = read_neumerl(paths["neumerl"])
+    train = training_indices(fitted, read_manifest(paths["manifest"]), PROTOCOL)
     conditions, projection = read_conditions(paths["conditions"]), read_projection(paths["projection"])
     category = categorise(read_table(paths["statistics"]), rules).to_numpy()
     base = HyperDiffusion.load(paths["model"])
     base.sampler, base.nfe = sampling["sampler"], sampling["nfe"]
     given = training_conditions(conditions, projection, category, train)
-    weights = read_neumerl(paths["neumerl"]).weights[torch.as_tensor(train)]
+    weights = fitted.weights[torch.as_tensor(train)]
     notes = {"encoder": conditions.encoder, "types": conditions.types, "categories": list(CATEGORIES)} | served
     spread = conditions.text[train].flatten(0, 1).unique(dim=0)
     landmarks = normalize(spread[:: max(1, len(spread) // LANDMARKS)]).half()

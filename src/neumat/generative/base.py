@@ -1,17 +1,18 @@
 """The contract of a generative model of materials: hyperparameters in __init__, data only in fit."""
 
 import abc
+import hashlib
 import json
 from dataclasses import asdict, dataclass, fields
 
 import numpy as np
 import torch
-from safetensors import SafetensorError, safe_open
+from safetensors import safe_open
 from safetensors.torch import save_file
 
 from neumat.errors import NeumatError
 from neumat.fields.layout import SIZE
-from neumat.files import atomic_path
+from neumat.files import atomic_path, reading
 
 SCHEMA = "3"
 
@@ -63,18 +64,34 @@ class Dataset:
 def read_checkpoint(path, what, schema, model):
     """Return (metadata, tensors by name) of the safetensors file in which `model`, a class name, was saved.
 
-    what: the file in words. Raises NeumatError for another file, class or schema version.
+    what: the file in words. Raises NeumatError for another file, class or schema version, and where metadata or tensors
+    are not what `write_checkpoint` wrote, whatever was changed. A file without a digest is taken as it is.
     """
-    try:
-        with safe_open(path, "pt") as file:
-            metadata = file.metadata() or {}
-            tensors = {name: file.get_tensor(name) for name in file.keys()}
-    except (OSError, SafetensorError) as error:
-        raise NeumatError(path, what, error) from error
+    with reading(path, what), safe_open(path, "pt") as file:
+        metadata = file.metadata() or {}
+        tensors = {name: file.get_tensor(name) for name in file.keys()}
     for key, expected in (("schema", schema), ("model", model)):
         if metadata.get(key) != expected:
             raise NeumatError(path, f"{key} {expected}", metadata.get(key))
+    if metadata.pop("digest", None) not in (None, digest(metadata, tensors)):
+        raise NeumatError(path, f"{what} as it was written", "other contents")
     return metadata, tensors
+
+
+def write_checkpoint(path, metadata, tensors):
+    """Write {name: tensor} and {text: text} as safetensors, with a digest of both in the metadata."""
+    tensors = {name: tensor.contiguous() for name, tensor in tensors.items()}
+    with atomic_path(path) as temporary:
+        save_file(tensors, temporary, metadata | {"digest": digest(metadata, tensors)})
+
+
+def digest(metadata, tensors):
+    """Return the SHA-256 of metadata and tensors, in hexadecimal."""
+    found = hashlib.sha256(json.dumps(metadata, sort_keys=True).encode())
+    for name, tensor in sorted(tensors.items()):
+        found.update(f"{name} {tensor.dtype} {tuple(tensor.shape)}".encode())
+        found.update(tensor.contiguous().reshape(-1).view(torch.uint8).numpy().data)
+    return found.hexdigest()
 
 
 @dataclass(kw_only=True)
@@ -118,8 +135,7 @@ class GenerativeModel(abc.ABC):
     def save(self, path):
         """Write the model as safetensors, its class and config as JSON in the metadata."""
         metadata = {"schema": SCHEMA, "model": type(self).__name__, "config": json.dumps(asdict(self))}
-        with atomic_path(path) as temporary:
-            save_file({name: value.contiguous() for name, value in self.state.items()}, temporary, metadata)
+        write_checkpoint(path, metadata, self.state)
 
     @classmethod
     def load(cls, path):

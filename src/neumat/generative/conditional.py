@@ -6,13 +6,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import torch
-from safetensors.torch import save_file
 from torch import nn
 
 from neumat.errors import NeumatError
 from neumat.fields.validity import valid
-from neumat.files import atomic_path
-from neumat.generative.base import read_checkpoint
+from neumat.generative.base import read_checkpoint, write_checkpoint
 from neumat.generative.denoisers import LEVEL_WIDTH
 from neumat.generative.hyperdiffusion import HyperDiffusion
 from neumat.generative.orders import OrderOfRequest, colours
@@ -236,9 +234,8 @@ class ConditionalDiffusion:
             "sizes": json.dumps(self.sizes),
         }
         groups = {"base": self.base.state, "tuned": self.state, "extra": self.extra}
-        tensors = {f"{group}/{k}": v.contiguous() for group, members in groups.items() for k, v in members.items()}
-        with atomic_path(path) as temporary:
-            save_file(tensors, temporary, metadata)
+        tensors = {f"{group}/{k}": v for group, members in groups.items() for k, v in members.items()}
+        write_checkpoint(path, metadata, tensors)
 
     @classmethod
     def load(cls, path):

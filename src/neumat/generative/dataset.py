@@ -1,5 +1,7 @@
 """The training side of a protocol, from the stores."""
 
+import logging
+
 import numpy as np
 import torch
 
@@ -16,10 +18,10 @@ def training_dataset(neumerl, manifest, sources, protocol, components, model):
 
     neumerl, manifest, sources: paths. components: of the PCA space in which the blends were made.
     """
-    rows = read_manifest(manifest)
-    train, _ = protocol_indices(rows, protocol)
+    rows, fitted = read_manifest(manifest), read_neumerl(neumerl)
+    train = training_indices(fitted, rows, protocol)
     rows = rows.iloc[train]
-    weights = read_neumerl(neumerl).weights[torch.as_tensor(train)]
+    weights = fitted.weights[torch.as_tensor(train)]
     permutation = rows["permutation"].map(PERMUTATIONS.index).to_numpy()
     is_source = (rows["parent_a"] == rows["parent_b"]).to_numpy()
     base = train // len(PERMUTATIONS)
@@ -30,6 +32,16 @@ def training_dataset(neumerl, manifest, sources, protocol, components, model):
     table = coefficients(rows, store.names, projection(full, components)[0])
     products = full if model.stride == 1 else gram(store, model.stride)
     return Dataset(weights, base, permutation, is_source, table, products)
+
+
+def training_indices(fitted, rows, protocol):
+    """Return the indices (n,) of the materials that a model is trained on under `protocol`: those of
+    `protocol_indices` whose fits have converged. fitted: NeuMerl; rows: the manifest."""
+    train, _ = protocol_indices(rows, protocol)
+    good = fitted.fits["converged"][train]
+    if not good.all():
+        logging.warning("%d of %d materials are left out: their fits have not converged", (~good).sum(), len(good))
+    return train[good]
 
 
 def coefficients(rows, names, projected):

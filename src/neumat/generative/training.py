@@ -7,7 +7,7 @@ import math
 import torch
 
 from neumat.errors import NeumatError
-from neumat.files import atomic_path
+from neumat.files import atomic_path, reading
 from neumat.seeds import seed_for, torch_generator
 
 CHECKPOINT_EVERY = 500  # steps; does not change the numbers
@@ -75,12 +75,13 @@ def train(
     identity = json.dumps([identity, seed, steps], sort_keys=True)
     first = 0
     if checkpoint and checkpoint.exists():
-        saved = torch.load(checkpoint, map_location=on, weights_only=True)
-        if saved["identity"] == identity:
-            first = saved["step"]
-            network.load_state_dict(saved["network"])
-            optimizer.load_state_dict(saved["optimizer"])
-            average = saved["average"]
+        with reading(checkpoint, "a checkpoint of a training (remove it to begin anew)"):
+            saved = torch.load(checkpoint, map_location=on, weights_only=True)
+            if saved["identity"] == identity:
+                first = saved["step"]
+                network.load_state_dict(saved["network"])
+                optimizer.load_state_dict(saved["optimizer"])
+                average = saved["average"]
     network.train()
     with seeded(seed):
         for step in progress(range(first, steps)):
@@ -110,6 +111,8 @@ def train(
     with torch.no_grad():
         for mean, parameter in zip(average, parameters, strict=True):
             parameter.copy_(mean)
+    if not all(torch.isfinite(parameter).all() for parameter in parameters):
+        raise NeumatError("the end of a training", "finite weights", "NaN or infinite ones")
     network.eval()
     if checkpoint:
         checkpoint.unlink(missing_ok=True)
