@@ -1,9 +1,10 @@
 """Every target and every single stage can be planned from nothing."""
 
 import re
+import subprocess
 
 import pytest
-from runner import ROOT, SMOKE, planned, run
+from runner import ROOT, SMOKE, command, planned, run
 
 RULES = [
     name
@@ -51,3 +52,29 @@ def test_the_ablation_tunes_no_second_model_of_the_configured_power(tmp_path):
     done = run(tmp_path, "--dry-run", "--", "text_ablation", overlays=())
     tuned = set(re.findall(r"output: (results/conditional/model\S*)", done.stdout + done.stderr))
     assert tuned == {f"results/conditional/model{power}.safetensors" for power in ("", "@0", "@0.5")}
+
+
+def test_measured_files_are_inputs_of_the_fits_that_are_judged_on_them(tmp_path):
+    """And of nothing else: another folder leaves the run's own fits as they are."""
+    for name in ("a.bsdf", "b.binary", "b.h5", "c.h5", "notes.txt"):
+        (tmp_path / name).touch()
+    (tmp_path / "mine.yaml").write_text(f"fit: {{measured: {tmp_path}}}")
+    overlays = (SMOKE, tmp_path / "mine.yaml")
+    done = run(tmp_path, "--dry-run", "--", "fit_quality", "chart_fit", overlays=overlays)
+    inputs = {
+        found[1]: set(found[2].split(", "))
+        for found in re.finditer(r"rule (\w+):\n    input: (.*)", done.stdout + done.stderr)
+    }
+    measured = {str(tmp_path / name) for name in ("a.bsdf", "b.binary", "b.h5")}
+    assert {rule for rule, files in inputs.items() if files & measured} == {"fit_measured", "chart_fit"}
+    assert inputs["fit_measured"] == {*measured, "results/neumerl/first.h5"}
+
+
+def test_a_folder_of_measured_files_that_cannot_be_split_is_refused_at_the_start(tmp_path):
+    (tmp_path / "only.bsdf").touch()
+    (tmp_path / "mine.yaml").write_text(f"fit: {{measured: {tmp_path}}}")
+    overlays = (SMOKE, tmp_path / "mine.yaml")
+    done = subprocess.run(command(tmp_path, "--dry-run", overlays=overlays), capture_output=True, text=True)
+    assert done.returncode != 0
+    assert "config key fit.measured: expected a folder of at least two" in done.stderr and "only" in done.stderr
+    assert "Traceback" not in done.stderr

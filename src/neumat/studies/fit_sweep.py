@@ -151,9 +151,10 @@ def measured_rows(rows, files, first, default, size, seed):
     materials, found = MeasuredMaterials(files, size, seed), []
     settings = {row["label"]: row for row in rows}
     for family, label, config, _ in variants(default, {"m3ashy": 0}):
-        for which in {"default": (VALIDATION, REPORTING), "samples": (VALIDATION,)}.get(family, ()):
-            table = materials.fit(which, first, config, seed)
-            means = table[["loss_grid", "loss_uniform", "psnr", "ssim", "loss_published"]].mean().to_dict()
-            row = {"family": which, "label": f"{label}: {which}", "psnr_worst": table["psnr"].min()}
-            found.append(settings[label] | row | means)
+        if family in ("default", "samples"):
+            chosen = (VALIDATION, REPORTING) if family == "default" else (VALIDATION,)
+            for which, part in materials.fit(chosen, first, config, seed).groupby("set", sort=False):
+                means = part[["loss_grid", "loss_uniform", "psnr", "ssim", "loss_published"]].mean().to_dict()
+                row = {"family": which, "label": f"{label}: {which}", "psnr_worst": part["psnr"].min()}
+                found.append(settings[label] | row | means)
     return found

@@ -58,17 +58,17 @@ class MeasuredMaterials:
         at = self.names.index(name)
         return float(losses(weights[None], self.values[:, [at]], self.directions, self.directions.held)[0])
 
-    def fit(self, which, first, config, seed):
-        """Return a DataFrame with a row for each material of a set, fitted from the weights `first` (675,).
+    def fit(self, chosen, first, config, seed):
+        """Return a DataFrame with a row for each material of the `chosen` sets, fitted from the weights `first` (675,).
 
         set, name, losses and flags of `fields.fit.fit`, rendered psnr (dB) and ssim; loss_published: the held-out
         `loss_grid` of the published field of that name, NaN where there is none.
         """
-        at = [k for k, name in enumerate(self.names) if self.sets[name] == which]
+        at = [k for k, name in enumerate(self.names) if self.sets[name] in chosen]
         found = fit(self.values[:, at], self.directions, first, config, seed)
         table = pd.DataFrame({key: found[key].numpy() for key in PER_MATERIAL})
         names = [self.names[k] for k in at]
-        table.insert(0, "set", which)
+        table.insert(0, "set", [self.sets[name] for name in names])
         table.insert(1, "name", names)
         table["psnr"], table["ssim"] = compare_pictures(self.pictures[at], render_fields(self.frozen, found["weights"]))
         table["loss_published"] = [self.published.get(name, float("nan")) for name in names]
@@ -85,5 +85,4 @@ def fit_measured(files, first_path, config, size, seed):
         return pd.DataFrame([{"set": "measured", "name": NONE}])
     with h5py.File(first_path) as file:
         first = torch.from_numpy(file["weights"][:])
-    materials = MeasuredMaterials(files, size, seed)
-    return pd.concat([materials.fit(which, first, config, seed) for which in (VALIDATION, REPORTING)])
+    return MeasuredMaterials(files, size, seed).fit((VALIDATION, REPORTING), first, config, seed)
