@@ -43,17 +43,35 @@ def chosen_folds(folds, n):
 
 
 def check_sides(manifest, evaluate):
-    """Raise NeumatError where a set is larger than a side of a protocol of the config's section `evaluate`."""
-    sides = [
-        (len(indices), f"the {side} materials of {protocol}")
-        for protocol in evaluate["protocols"]
-        for side, indices in zip(("training", "reference"), protocol_indices(manifest, protocol), strict=True)
-    ]
-    count, smallest = min(sides, key=lambda side: side[0])
-    if count < SMALLEST:
-        raise NeumatError("config key augment.held_out", f"at least {SMALLEST} of {smallest}", count)
-    if count < evaluate["set_size"]:
-        raise NeumatError("config key evaluate.set_size", f"at most {count}, {smallest}", evaluate["set_size"])
+    """Raise NeumatError where a side of a protocol of the config's section `evaluate` is too small for its tables: one
+    without two materials, or a training side with fewer than a set."""
+    for protocol, training, reference in _sides(manifest, evaluate["protocols"]):
+        for side, count in (("training", training), ("reference", reference)):
+            if count < SMALLEST:
+                expected = f"a share for which {protocol} has at least {SMALLEST} {side} materials"
+                raise NeumatError("config key augment.held_out", expected, count)
+        if training < evaluate["set_size"]:
+            expected = f"at most {training}, the training materials of {protocol}"
+            raise NeumatError("config key evaluate.set_size", expected, evaluate["set_size"])
+
+
+def smaller_sets(config, names):
+    """Return a line that names the protocols, folds included, whose reference set is smaller than `evaluate.set_size`:
+    there as many samples as references are compared. Empty where
+    none is."""
+    evaluate = config["evaluate"]
+    folds = [f"fold{k}" for k in chosen_folds(evaluate["folds"], len(names))]
+    manifest = draw_manifest(names, config["augment"], config["seed"])
+    sides = _sides(manifest, dict.fromkeys([*evaluate["protocols"], "grouped", *folds]))
+    few = [f"{protocol} {count}" for protocol, _, count in sides if count < evaluate["set_size"]]
+    size = evaluate["set_size"]
+    return (
+        f"config key evaluate.set_size: not {size} but all references are compared of {', '.join(few)}\n" if few else ""
+    )
+
+
+def _sides(manifest, protocols):
+    return [(protocol, *map(len, protocol_indices(manifest, protocol))) for protocol in protocols]
 
 
 def folder_contents(key, folder, suffix=SUFFIXES["rgl"]):

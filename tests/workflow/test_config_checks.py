@@ -11,7 +11,7 @@ from runner import ROOT, SMOKE, command, run
 
 from neumat.augment.manifest import draw_manifest, protocol_indices
 from neumat.config import load, source_names
-from neumat.config_checks import check, check_sides, chosen_folds, folder_contents
+from neumat.config_checks import check, check_sides, chosen_folds, folder_contents, smaller_sets
 from neumat.errors import NeumatError
 
 SCHEMA = ROOT / "workflow/schemas/config.schema.json"
@@ -40,11 +40,11 @@ def test_shipped_configurations_pass(overlay):
         ({"augment": {"held_out": 0.999}}, ["augment.held_out", "2 of 100 sources", "0.999"]),
         ({"scenes": {"tolerance": 0.03}}, ["scenes.tolerance", "0.005, 0.01, 0.02, 0.04, 0.08", "0.03"]),
         ({"scenes": {"names": ["studio", "nowhere"]}}, ["scenes.names", "nowhere.yaml"]),
-        ({"evaluate": {"set_size": 121}}, ["evaluate.set_size", "at most 120", "reference", "parity", "121"]),
+        ({"evaluate": {"set_size": 2281}}, ["evaluate.set_size", "at most 2280", "training", "parity", "2281"]),
         ({"augment": {"held_out": 0.97}}, ["evaluate.set_size", "at most 72", "training", "parity", "120"]),
         (
             {"augment": {"held_out": 0.0001}},
-            ["augment.held_out", "at least 2 of the reference materials of parity", "found 0"],
+            ["augment.held_out", "at least 2 reference materials", "parity", "found 0"],
         ),
         ({"constrained": {"rules": DEFAULT["constrained"]["rules"] | {"specular": [600, 100]}}}, ["specular"]),
         (
@@ -87,17 +87,30 @@ def test_materials_of_scenes_are_those_that_a_run_makes(tmp_path, material, good
             checked({"scenes": {"names": ["mine"]}}, scenes=tmp_path)
 
 
-@given(st.integers(4, 30), st.integers(0, 20), st.floats(0.01, 0.5), st.integers(2, 60))
-def test_a_set_is_accepted_where_both_sides_hold_it(n, blends, held_out, size):
+@given(st.integers(4, 30), st.integers(0, 20), st.floats(0.01, 0.5), st.integers(2, 200))
+def test_a_set_is_accepted_where_the_training_side_holds_it(n, blends, held_out, size):
     augment = {"blends": blends, "held_out": held_out, "weight_range": [0.3, 0.7]}
     manifest = draw_manifest([f"m{i}" for i in range(n)], augment, 0)
     evaluate = {"protocols": ["parity", "grouped"], "set_size": size}
-    fits = all(len(side) >= size for protocol in evaluate["protocols"] for side in protocol_indices(manifest, protocol))
-    if fits:
+    sides = [protocol_indices(manifest, protocol) for protocol in evaluate["protocols"]]
+    if all(len(train) >= size and len(reference) >= 2 for train, reference in sides):
         check_sides(manifest, evaluate)
     else:
         with pytest.raises(NeumatError):
             check_sides(manifest, evaluate)
+
+
+def test_smaller_sets_are_said_for_each_protocol():
+    assert smaller_sets(DEFAULT, NAMES) == ""
+    few = smaller_sets(DEFAULT, NAMES[:20])  # (20 + 300) * 6 * .05 references, 4 sources a fold in 6 orders
+    expected = {"parity": 96, "grouped": 102} | {f"fold{k}": 24 for k in range(5)}
+    assert few.endswith(", ".join(f"{name} {count}" for name, count in expected.items()) + "\n")
+
+
+def test_a_dry_run_says_smaller_sets_and_goes_on(tmp_path):
+    (tmp_path / "mine.yaml").write_text("evaluate: {set_size: 20}")
+    done = run(tmp_path, "--dry-run", "--", "all", overlays=(SMOKE, tmp_path / "mine.yaml"))
+    assert (done.stdout + done.stderr).count("not 20 but all references are compared of parity 12, ") == 1
 
 
 def test_contents_of_a_folder(tmp_path):
@@ -125,7 +138,7 @@ def refusal(folder, text):
     [
         ("conditional: {measured: absent}", "config key conditional.measured: expected a folder of .bsdf files"),
         ("scenes: {tolerance: 0.5}", "config key scenes.tolerance: expected one of scenes.tolerances"),
-        ("evaluate: {set_size: 500}", "config key evaluate.set_size: expected at most 12, the reference materials"),
+        ("evaluate: {set_size: 500}", "config key evaluate.set_size: expected at most 48, the training materials"),
         ("sources: {names: [chrome, nickel, teflon, vibranium]}", "config key sources.names: expected names of"),
         ("sources: {folder: here}", "config key sources.kind: expected merl or rgl"),
         ("sources: {url: 'http://127.0.0.1/a.binary'}", "config key sources.url: expected an address with {name}"),

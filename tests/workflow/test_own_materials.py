@@ -18,20 +18,19 @@ from neumat.tables import read_table
 # As small as `all` gets: a job of each rule.
 TINY = """
 augment: {blends: 2}
-fit: {first_samples: 60000, samples: 12000, polish: {samples: 4000}}
-evaluate: {methods: [copies], set_size: 4, entries: 64, bootstrap: 5, folds: [0, 1, 2, 3, 4]}
-scenes: {width: 32, height: 16}
-render: {verify_materials: 2, size: 16, grid_size: 16, verify_samples: 1}
+fit: {first_samples: 100000, samples: 24000, polish: {samples: 10000}}
+evaluate: {methods: [copies], set_size: 4, entries: 64, bootstrap: 5, folds: [3, 4]}
+render: {verify_samples: 1}
 conditional: {images: 1, guidances: [1.0], samples: 2}
 """
-MERL = {"001": 0.02, "NA": 0.1, "my steel v1.2": 0.3, "nan": 0.8}  # name: albedo
-RGL = {"1e5": 0.05, "null": 0.1, "True": 0.3, "漆 (red), 2": 0.8}
+MERL = {"001": 0.1, "NA": 0.2, "my steel v1.2": 0.3, "nan": 0.5}  # name: albedo
+RGL = {"1e5": 0.1, "null": 0.2, "True": 0.3, "漆 (red), 2": 0.5}
 
 
 def write_as_merl(path, albedo):
     above = above_horizon()
     theta_h, _, _ = grid_angles(torch.arange(ENTRIES))
-    values = albedo / np.pi + 40 * albedo * torch.exp(-((theta_h / 0.3) ** 2))
+    values = albedo / np.pi + 0.2 * albedo * torch.exp(-((theta_h / 0.3) ** 2))
     tints = torch.tensor([1.0, 0.7, 0.4])
     write_merl(path, torch.where(above[:, None], values[:, None] * tints, torch.nan).numpy())
 

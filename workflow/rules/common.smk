@@ -15,7 +15,7 @@ from neumat.config import (
     source_files,
     source_names,
 )
-from neumat.config_checks import check, chosen_folds, folder_contents
+from neumat.config_checks import check, chosen_folds, folder_contents, smaller_sets
 from neumat.errors import NeumatError
 from neumat.provenance import digest
 
@@ -34,6 +34,8 @@ try:
         f"{workflow.basedir}/config/scenes",
         f"{workflow.basedir}/workflow/schemas/scene.schema.json",
     )
+    if workflow.is_main_process:  # and not in every job
+        sys.stderr.write(smaller_sets(config, SOURCES))
 except NeumatError as error:
     sys.exit(str(error))
 
