@@ -31,6 +31,8 @@ def headline(results):
     table = {
         name: read_table(path) if (path := results / f"{name}.csv").is_file() else pd.DataFrame()
         for name in (
+            "tables/fit-summary",
+            "tables/ladder",
             "tables/unconditional",
             "tables/novelty",
             "tables/generalisation",
@@ -40,6 +42,7 @@ def headline(results):
         )
     }
     rows = [
+        *_fits(table["tables/fit-summary"], table["tables/ladder"]),
         *_unconditional(table["tables/unconditional"]),
         *_novelty(table["tables/novelty"]),
         _generalisation(table["tables/generalisation"]),
@@ -58,6 +61,20 @@ def _value(table, form, column="value", **keys):
     if len(table) == 0 or pd.isna(table[column].iloc[0]):
         return _ABSENT
     return format(table[column].iloc[0], form)
+
+
+def _fits(table, ladder):
+    """Rendered PSNR of the fitted materials, and of measured ones that no setting was chosen on."""
+    null = "; ".join(
+        f"{ladder[ladder['rung'] == rung]['psnr'].median():.0f} ({words})"
+        for rung, words in (("lambert", "Lambert"), ("sgd", "SGD"))
+        if len(ladder)
+    )
+    fitted, measured = (
+        _value(table, ".1f", "median", set=name, quantity="psnr") for name in ("fitted", "measured, reporting")
+    )
+    yield "fits: rendered PSNR, median, dB", fitted, null, ""
+    yield "the same of measured materials", "not measured" if measured == _ABSENT else measured, "", ""
 
 
 def _unconditional(table):

@@ -94,13 +94,21 @@ SECTIONS = (
     ),
     Section(
         "Fits",
-        "Fields of 675 weights against the tables that they were fitted to. `psnr` (dB) and `ssim` are those of "
-        "rendered spheres. The embedded materials are themselves fields, of another architecture, so they are easier "
-        "to fit than measurements; the rows of measured materials (`fit.measured`) say by how much. Settings are "
-        "chosen on those for validation; the others report. `loss_published` is the loss of a published field of the "
-        "same material, where its file lies beside the measurement.",
+        "Fields of 675 weights against the tables that they were fitted to. `loss` is the held-out loss over the "
+        "grid's entries, which are dense in the highlight, or over uniform angles; `psnr` (dB) and `ssim` are those "
+        "of rendered spheres. The embedded materials (`fitted`) are themselves fields, of another architecture, and "
+        "easier to fit than measurements. Settings were chosen on `measured, validation`; no setting was chosen on "
+        "`measured, reporting`. `loss_published` is the loss of the published field of the same measured materials. "
+        "`not measured`: the run named no folder in `fit.measured`.",
         ("tables/fit-summary.csv",),
         tables=(_show("tables/fit-summary.csv"),),
+    ),
+    Section(
+        "Fields in programs that do not fold phi_d",
+        "How far the brightness of a field is off where d_y < 0, as a share of the folded brightness: of fitted and "
+        "sampled fields and of answers to requests. Zero is ideal.",
+        ("tables/unfolded.csv",),
+        tables=(_show("tables/unfolded.csv"),),
     ),
     Section(
         "Unconditional synthesis, `parity`",

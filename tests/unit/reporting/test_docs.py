@@ -85,7 +85,19 @@ def test_each_headline_figure_stands_beside_its_null_and_its_ceiling(clone):
 def test_what_a_run_did_not_make_leaves_no_figure(clone):
     lines = headline(clone / "results").splitlines()[2:]
     absent = [line for line in lines if line.endswith("| not part of this run |  |  |")]
-    assert len(absent) == len(lines) - 3 and not any("nan" in line or "–" in line for line in lines)
+    assert len(absent) == len(lines) - 4 and not any("nan" in line or "–" in line for line in lines)
+
+
+def test_fits_of_measured_materials_stand_beside_those_of_embedded_ones(clone):
+    rows = [("fitted", "psnr", 54.0), ("measured, validation", "psnr", 40.0), ("measured, reporting", "psnr", 50.0)]
+    table = pd.DataFrame(rows, columns=["set", "quantity", "median"])
+    save(table, clone / "results/tables/fit-summary.csv")
+    ladder = pd.DataFrame({"rung": ["lambert", "sgd", "lambert"], "psnr": [10.0, 30.0, 20.0]})
+    save(ladder, clone / "results/tables/ladder.csv")
+    fitted, measured = headline(clone / "results").splitlines()[2:4]
+    assert fitted.endswith("| 54.0 | 15 (Lambert); 30 (SGD) |  |") and measured.endswith("| 50.0 |  |  |")
+    save(table[:1], clone / "results/tables/fit-summary.csv")
+    assert "| not measured |" in headline(clone / "results").splitlines()[3]
 
 
 def test_pictures_are_small_whatever_they_show(clone):
