@@ -9,12 +9,13 @@ SRGB_PRIMARIES = (0.3127, 0.3290, 0.64, 0.33, 0.30, 0.60, 0.15, 0.06)  # x, y of
 ADOBE_RGB = 256 / 563, (0.3127, 0.3290, 0.64, 0.33, 0.21, 0.71, 0.15, 0.06)  # gAMA and primaries (Adobe RGB (1998))
 BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])
 SPACES = {"RGB": "RGB ", "L": "GRAY", "CMYK": "CMYK"}  # what the profile of an image in Pillow's mode must be of
+TOLD_BY = ("icc_profile", "gamma", "chromaticity")  # keys of what Pillow knows of an image
 GAMMAS = (0.05, 20)  # exponents of PNG files beyond these are mistakes
 INTENT, FLAGS = ImageCms.Intent.RELATIVE_COLORIMETRIC, ImageCms.Flags.BLACKPOINTCOMPENSATION
 
 
 def to_srgb(image):
-    """Return a Pillow image without transparency as RGB, sRGB.
+    """Return a Pillow image as RGB, sRGB, without its transparency.
 
     Its colour space is told, in this order, by an ICC profile, the PNG chunks sRGB, or gAMA and cHRM, and the tag of
     Adobe RGB that cameras write; without any it is sRGB. Raises several exceptions for what is broken or impossible.
@@ -22,7 +23,7 @@ def to_srgb(image):
     if image.mode == "LAB":
         return ImageCms.profileToProfile(image, ImageCms.createProfile("LAB"), _srgb(), INTENT, "RGB", flags=FLAGS)
     if image.mode not in SPACES:
-        image = image.convert("L" if image.mode == "1" else "RGB")
+        image = image.convert("L" if image.mode in ("1", "LA") or image.mode[0] in "IF" else "RGB")
     if image.info.get("icc_profile"):
         profile = ImageCms.ImageCmsProfile(io.BytesIO(image.info["icc_profile"]))
         space = profile.profile.xcolor_space

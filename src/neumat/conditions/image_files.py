@@ -8,7 +8,7 @@ import warnings
 import numpy as np
 from PIL import Image, ImageOps, PngImagePlugin, UnidentifiedImageError
 
-from neumat.conditions.colour_spaces import to_srgb
+from neumat.conditions.colour_spaces import TOLD_BY, to_srgb
 from neumat.errors import NeumatError
 from neumat.files import cause
 
@@ -20,6 +20,7 @@ MID_GREY = 119  # sRGB, behind what is transparent
 # Of many formats, those that users have, by their names in Pillow.
 FORMATS = ("AVIF", "BMP", "GIF", "HEIF", "JPEG", "JPEG2000", "PNG", "PSD", "TIFF", "WEBP")
 HEIF_BRANDS = (b"heic", b"heix", b"heim", b"heis", b"hevc", b"hevx", b"mif1", b"msf1")
+STRAIGHT = {"RGBa": "RGBA", "La": "LA"}  # what colours that are multiplied by alpha are converted to
 ORIENTATIONS = {
     2: Image.Transpose.FLIP_LEFT_RIGHT, 3: Image.Transpose.ROTATE_180, 4: Image.Transpose.FLIP_TOP_BOTTOM,
     5: Image.Transpose.TRANSPOSE, 6: Image.Transpose.ROTATE_270, 7: Image.Transpose.TRANSVERSE,
@@ -48,7 +49,8 @@ def read_square(path, size, smallest=1):
                     path, f"an image that takes at most {MOST_MEMORY / 1e9:g} GB", f"{needed / 1e9:.1f} GB"
                 )
             turn = ORIENTATIONS.get(_load(file))
-            square = _square(path, file, size)
+            _check_space(path, file)
+            square = _square(file, size)
             return np.array(square if turn is None else square.transpose(turn))
     except NeumatError:
         raise
@@ -129,7 +131,7 @@ def _found(path, error):
     return str(error) or type(error).__name__
 
 
-def _square(path, image, size):
+def _square(image, size):
     """Return the central square of an image as RGB, (size, size), sRGB.
 
     Larger ones are converted strip by strip, and reduced at once: what is held is small beside the image itself.
@@ -138,13 +140,13 @@ def _square(path, image, size):
         image = _grey(image)
     factor = min(image.size) // (4 * size)
     if factor < 2:
-        return ImageOps.fit(_rgb(path, image), (size, size), Image.Resampling.BOX, centering=(0.5, 0.5))
+        return ImageOps.fit(_rgb(image), (size, size), Image.Resampling.BOX, centering=(0.5, 0.5))
     side = min(image.size) // factor * factor
     left, top = ((n - side) // 2 for n in image.size)
     reduced, rows = Image.new("RGB", (side // factor, side // factor)), max(1, STRIP // (side * factor)) * factor
     for start in range(0, side, rows):
         strip = image.crop((left, top + start, left + side, top + min(start + rows, side)))
-        reduced.paste(_rgb(path, strip).reduce(factor), (0, start // factor))
+        reduced.paste(_rgb(strip).reduce(factor), (0, start // factor))
     return reduced.resize((size, size), Image.Resampling.BOX)
 
 
@@ -160,17 +162,22 @@ def _grey(image):
     return scaled
 
 
-def _rgb(path, image):
-    """Return an image as RGB, sRGB, with what is transparent before mid grey."""
-    alpha = None
-    if image.mode[-1] in "Aa" or "transparency" in image.info:
-        image = image.convert("RGBA")
-        alpha, image = image.getchannel("A"), image.convert("RGB")
+def _check_space(path, image):
+    """Say so, and take an image for sRGB, where its colour space can't be read."""
     try:
-        colours = to_srgb(image)
+        to_srgb(image.crop((0, 0, 1, 1)))
     except Exception:  # of broken profiles LittleCMS' binding raises several kinds
-        logging.warning("%s: its colour space cannot be read: taken for sRGB", path)
-        colours = image.convert("RGB")
-    if alpha is None:
+        logging.warning("%s: its colour space can't be read: taken for sRGB", path)
+        image.info = {key: value for key, value in image.info.items() if key not in TOLD_BY}
+
+
+def _rgb(image):
+    """Return an image as RGB, sRGB, with what is transparent before mid grey."""
+    if image.mode in STRAIGHT:
+        image = image.convert(STRAIGHT[image.mode])
+    colours = to_srgb(image)
+    if image.mode[-1] != "A" and "transparency" not in image.info:
         return colours
-    return Image.composite(colours, Image.new("RGB", image.size, (MID_GREY,) * 3), alpha)
+    return Image.composite(
+        colours, Image.new("RGB", image.size, (MID_GREY,) * 3), image.convert("RGBA").getchannel("A")
+    )

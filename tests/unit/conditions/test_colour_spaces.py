@@ -113,6 +113,8 @@ def test_a_profile_of_grey_and_what_is_transparent(tmp_path):
     expected = np.asarray(eight_bits(srgb(grey)).convert("RGB"), int)
     stored = eight_bits(grey ** (1 / 1.8))
     assert off(tmp_path, saved(stored, icc_profile=profile(None, 1.8)), expected) < 1.5
+    opaque = Image.merge("LA", (stored, Image.new("L", stored.size, 255)))
+    assert off(tmp_path, saved(opaque, icc_profile=profile(None, 1.8)), expected) < 1.5
     halves = Image.fromarray(np.where(X > 0.5, 255, 0).astype(np.uint8))
     clear = Image.merge("RGBA", (*in_space(XYZ_TO_P3, 1.8).split(), halves))
     shown = np.where(X[..., None] > 0.5, EXPECTED, 119)  # mid grey in sRGB, not in the picture's space
@@ -139,6 +141,10 @@ def test_a_broken_or_foreign_profile_fails_no_picture(tmp_path, broken, format):
 def test_a_picture_without_a_readable_space_is_told(tmp_path, caplog):
     assert off(tmp_path, saved(eight_bits(srgb(COLOURS)), icc_profile=b"words")) == 0
     assert len(caplog.messages) == 1 and "taken for sRGB" in caplog.text
+    caplog.clear()  # a large picture is converted in several strips
+    large = eight_bits(srgb(COLOURS)).resize((5000, 5000), Image.Resampling.NEAREST)
+    assert off(tmp_path, saved(large, icc_profile=b"words")) < 2
+    assert len(caplog.messages) == 1
 
 
 def test_a_profile_larger_than_pillows_limit(tmp_path):
