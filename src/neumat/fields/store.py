@@ -38,7 +38,7 @@ def write_neumerl(path, manifest, weights, fits, config):
         file["names"] = list(manifest["name"])
         file["base"] = manifest.groupby("base", sort=False).ngroup().to_numpy()
         file["permutation"] = list(manifest["permutation"])
-        file["parents"] = manifest[["parent_a", "parent_b"]].to_numpy().astype("S")
+        file["parents"] = manifest[["parent_a", "parent_b"]].to_numpy(object).astype(h5py.string_dtype())
         file["weight"] = manifest["weight"].to_numpy()
         for key in PER_MATERIAL:
             file[key] = np.asarray(fits[key], bool if FITS[key][0] == "flags" else float)

@@ -1,3 +1,5 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pandas as pd
 import torch
@@ -31,6 +33,20 @@ def test_the_guidance_chart_is_drawn_even_where_nothing_is_valid(tmp_path):
     guidance_chart(table, [0.0, 4.0], tmp_path / "guidance.png")
     assert Image.open(tmp_path / "guidance.png").size[0] > 1000
     assert (tmp_path / "guidance.svg").stat().st_size > 5000
+
+
+def test_what_could_not_be_asked_for_is_said_on_its_page_and_in_the_chart(tmp_path, monkeypatch):
+    """The user's own materials have no types: a page says so, the others are drawn."""
+    drawn = []
+    monkeypatch.setattr(conditional, "request_figure", lambda requests, weights, *_: drawn.append((requests, weights)))
+    asked = [(SimpleNamespace(modality=name), k) for k, name in enumerate(["text", "text", "image"])]
+    conditional.write_figures(asked, 8, 1, {name: tmp_path / f"{name}.png" for name in ("type", "text", "image")})
+    assert drawn == [asked[0], asked[2]]
+    assert Image.open(tmp_path / "type.png").size[0] > 100
+    columns = ("colour_right", "gloss_right", "image_rmse", "diversity", "nearest", "invalid")
+    table = pd.DataFrame({"guidance": [0.0, 1.0], "type_right": np.nan, **{name: [0.1, 0.5] for name in columns}})
+    guidance_chart(table, [1.0], tmp_path / "guidance.png")
+    assert "not measured" in (tmp_path / "guidance.svg").read_text()
 
 
 def test_a_category_of_which_little_was_found_leaves_its_row_empty(tmp_path, monkeypatch):

@@ -84,3 +84,9 @@ def test_readings_count_what_changes(statistics):
     assert table.loc[("metallic", "printed: every direction")].tolist() == [0, 1, 0, 1]
     assert table.loc[("low-specular", "printed: diffuse materials as well")].tolist() == [3, 1, 3, 2]
     assert table.loc[("diffuse", "field instead of measured table")].tolist() == [2, 1, 2, 0]
+
+
+def test_names_that_say_nothing_leave_an_empty_table_with_its_columns():
+    member = {category: [True, False] for category in CATEGORIES}
+    table = names_table(pd.DataFrame({"name": ["001", "NA"], "type": "unknown", "family": "unknown"} | member))
+    assert len(table) == 0 and list(table)[:3] == ["category", "words", "named"] and "missed" in table
