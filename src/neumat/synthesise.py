@@ -12,7 +12,8 @@ from neumat.brdf.categories import check_category
 from neumat.brdf.coordinates import ENTRIES, above_horizon, grid_angles
 from neumat.brdf.merl import write_merl
 from neumat.conditions.photos import read_photo
-from neumat.conditions.synthesis import Synthesiser, check_numbers, check_text
+from neumat.conditions.synthesis import Synthesiser, check_numbers
+from neumat.conditions.text_input import check_text
 from neumat.errors import NeumatError
 from neumat.fields.field import evaluate
 from neumat.files import atomic_path

@@ -1,6 +1,7 @@
 """Materials, encoders and sets that tests of several packages share."""
 
 import math
+import re
 
 import pytest
 import torch
@@ -31,6 +32,10 @@ class Toy:
 
     id = "toy"
     WORDS = 64  # numbers of a text
+    longest = 128
+
+    def pieces(self, text):
+        return [(*match.span(), True) for match in re.finditer(r"\S+", text)]
 
     def encode_text(self, texts):
         return normalize(torch.stack([torch.stack([self.word(w) for w in t.split()]).mean(0) for t in texts]))

@@ -1,10 +1,12 @@
 """Pretrained encoders of texts and images behind one interface; their features are joined by `projection.py`.
 
 An encoder has an `id`, which checkpoints carry, `encode_text(list of str) -> (n, t)` and `encode_image(uint8 sRGB
-(n, H, W, 3)) -> (n, i)`, float32 tensors with rows of about unit length.
+(n, H, W, 3)) -> (n, i)`, float32 tensors with rows of about unit length; `pieces(text) -> [(start, end, known)]`, the
+word pieces in which it reads a text, and `longest`, how many of them it reads at most.
 """
 
 import functools
+import re
 
 import torch
 from torch.nn.functional import normalize
@@ -23,6 +25,18 @@ class Packaged:
 
     id = "minilm-l6-v2+efficientnet-lite0-thumbnail4"
 
+    @property
+    def longest(self):
+        return _minilm().max_seq_length - 2  # a mark at each end
+
+    def pieces(self, text):
+        """Return [(start, end, known)]; the vocabulary has no piece of what is not known."""
+        tokenise = _minilm().tokenizer
+        found = tokenise(text, add_special_tokens=False, return_offsets_mapping=True, verbose=False)
+        unknown = tokenise.unk_token_id
+        pairs = zip(found["offset_mapping"], found["input_ids"], strict=True)
+        return [(*span, number != unknown) for span, number in pairs]
+
     def encode_text(self, texts):
         """Return (n, 384). Raises NeumatError where the package is not installed."""
         return _minilm().encode(list(texts), batch_size=64, convert_to_tensor=True, show_progress_bar=False).clone()
@@ -38,6 +52,13 @@ class OpenClip:
     """CLIP ViT-B/32 (Radford et al. 2021) by the package open_clip, which fetches the weights on first use."""
 
     id = "open-clip-vit-b-32-laion2b"
+    longest = 75  # of a context of 77, with a mark at each end
+
+    def pieces(self, text):
+        """Return [(start, end, known)]: each word as often as it has pieces. All is known: the pieces are of bytes."""
+        _, tokenise = _open_clip()
+        words = [(match.span(), tokenise.encode(match[0])) for match in re.finditer(r"\S+", text)]
+        return [(*span, True) for span, numbers in words for _ in numbers]
 
     def encode_text(self, texts):
         """Return (n, 512). Raises NeumatError where the package or its weights cannot be had."""

@@ -12,10 +12,12 @@ from neumat.conditions.encoders import encoder_of
 from neumat.conditions.photos import check_picture, read_photo
 from neumat.conditions.projection import Projection
 from neumat.conditions.store import AZIMUTHS, RINGS, SIZE
+from neumat.conditions.text_input import hardly_known, readable_text
 from neumat.errors import NeumatError
 from neumat.generative.conditional import ConditionalDiffusion
 from neumat.render.sphere import FrozenSphere, render_fields
 
+FAMILIAR = 0.72  # cosine above which words that an encoder knows in pieces only are understood nevertheless
 FARTHEST = 0.5  # cosine to the nearest training caption, below which a text is not about materials
 NEEDED = {"captions", "weights", "rendered", "appearance.kernel"}  # beside the networks, in a checkpoint
 SERVED = {"guidance", "candidates"}  # among its notes: how requests are served, of the config that it was tuned with
@@ -25,7 +27,6 @@ CHOOSY = 4  # one in so many candidates is a good answer, of which the most diff
 # unconditional network finishes.
 LEVEL = 1.4
 EDGE = 6  # a share of 1 / EDGE at each side of a picture is left out: the rest shows nothing but the sphere
-WORDS_READ = 128  # of a text; encoders read no further
 
 
 class Synthesiser:
@@ -153,15 +154,18 @@ class Synthesiser:
         return best[rows, most_different(best, n)]
 
     def encode_texts(self, texts):
-        """Return texts as encoded, (n, t). Raises NeumatError for an empty one and for what is no text."""
-        for text in texts:
-            check_text(text)
-            if len(text.split()) > WORDS_READ:
-                logging.warning("text: only its first %d words are read, of %d", WORDS_READ, len(text.split()))
-        features = self.encoder.encode_text([" ".join(text.split()[:WORDS_READ]) for text in texts])
-        for text, nearest in zip(texts, (features @ self.captions.float().T).amax(1).tolist(), strict=True):
+        """Return texts as encoded, (n, t), of what the encoder can read.
+
+        Raises NeumatError where that is nothing, and for what is no text; warns of what is not or hardly understood.
+        """
+        read = [readable_text(text, self.encoder) for text in texts]
+        features = self.encoder.encode_text(read)
+        near = (features @ self.captions.float().T).amax(1).tolist()
+        for text, known, nearest in zip(texts, read, near, strict=True):
             if nearest < FARTHEST:
                 logging.warning("text %.40r: unlike any description of a material (similarity %.2f)", text, nearest)
+            elif nearest < FAMILIAR and hardly_known(known, self.encoder):
+                logging.warning("text %.40r: its words may not be understood: say it in other English words", text)
         return features
 
     def images(self, pictures):
@@ -173,16 +177,6 @@ def scale(guidance, request):
     """Return the guidance scale of a request: `guidance`, or of {modality: scale} the least of what is asked for, since
     what is exaggerated for one modality is lost for another."""
     return min((guidance[name] for name in request), default=0.0) if isinstance(guidance, dict) else guidance
-
-
-def check_text(text):
-    """Raise NeumatError for what is no text to ask with."""
-    if not isinstance(text, str):
-        raise NeumatError("text", "words", repr(text))
-    if not text.strip():
-        raise NeumatError("text", "words", "an empty text")
-    if any("\ud800" <= letter <= "\udfff" for letter in text):  # as Python reads bytes that are not UTF-8
-        raise NeumatError("text", "Unicode", f"{text[:40]!r}")
 
 
 def check_numbers(n, guidance, candidates):

@@ -84,15 +84,16 @@ def _texts(bench):
         ("blank", " \t\n ", "an empty text"),
         ("a number", 5, "words"),
         ("not Unicode", "caf\udce9", "Unicode"),
+        ("letters that cannot be seen", "\u200b", "signs only"),
+        ("pictographs", "✨🔴", "signs only"),
     ):
         yield refused(f"text: {name}", part, lambda text=text: bench.ask(text=text))
     for name, text, part in (
-        ("10,000 words", "a bright red plastic " * 2500, "first 128 words"),
+        ("10,000 words", "a bright red plastic " * 2500, "word pieces are read"),
         ("German", "rotes Plastik", "unlike any description"),
         ("Japanese", "赤いプラスチック", "unlike any description"),
         ("nonsense", "xqzv blorptang", "unlike any description"),
         ("about something else", "how do I file my taxes", "unlike any description"),
-        ("letters that cannot be seen", "\u200b", "unlike any description"),
     ):
         yield Stress(f"text: {name}", f"one line: {part}; {SAMPLES}", (WARNED,),
                      lambda text=text: bench.ask(["red"], text=text), part)  # fmt: skip

@@ -19,6 +19,7 @@ from neumat.render.sphere import FrozenSphere
     [
         ({"text": ""}, "an empty text"),
         ({"text": " \t\n"}, "an empty text"),
+        ({"text": "✨ !"}, "signs only"),
         ({"text": 5}, "found 5"),
         ({"text": "caf\udce9"}, "Unicode"),
         ({"image": torch.rand(32, 32, 3)}, "uint8"),
@@ -28,7 +29,7 @@ from neumat.render.sphere import FrozenSphere
 )
 def test_what_is_no_request_ends_in_one_line(request_, expected):
     synthesiser = Synthesiser.__new__(Synthesiser)
-    synthesiser.types = ["felt"]
+    synthesiser.types, synthesiser.encoder = ["felt"], None
     with pytest.raises(NeumatError, match=expected) as error:
         synthesiser.encode(**request_)
     str(error.value).encode()  # can be printed

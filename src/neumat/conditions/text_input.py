@@ -1,0 +1,80 @@
+"""Texts as users write them: what of one the encoder can read, and what it may not understand."""
+
+import logging
+import re
+import unicodedata
+
+from neumat.errors import NeumatError
+
+SIGNS = ("Cf", "Co", "Cn", "Me")  # categories of Unicode, beside those of symbols
+NEGATIONS = re.compile(r"\b(not|no|never|without|neither|nor|cannot|\w+n['’]t)\b", re.IGNORECASE)
+WORD = re.compile(r"[^\W\d_]+")
+EMPTY_BRACKETS = re.compile(r"\(\s*\)|\[\s*\]|\{\s*\}")
+
+
+def check_text(text):
+    """Raise NeumatError for what is no text to ask with: without one letter or digit, there is nothing to read."""
+    if not isinstance(text, str):
+        raise NeumatError("text", "words", repr(text))
+    if not text.strip():
+        raise NeumatError("text", "words", "an empty text")
+    if any("\ud800" <= letter <= "\udfff" for letter in text):  # as Python reads bytes that are not UTF-8
+        raise NeumatError("text", "Unicode", f"{text[:40]!r}")
+    if not any(letter.isalnum() for letter in text):
+        raise NeumatError("text", "words", f"signs only, {text[:40]!r}")
+
+
+def readable_text(text, encoder):
+    """Return what an encoder reads of a text: without signs, and letters of which it has none; cut at its limit.
+
+    Warns of letters that are left out, of a cut, and of negations, which the encoders take for what they negate. Raises
+    NeumatError as `check_text` does, and where nothing is left.
+    """
+    check_text(text)
+    plain = "".join(" " if _is_sign(letter) else letter for letter in text)
+    read = _without(plain, _unknown(plain, encoder))
+    if not any(letter.isalnum() for letter in read):
+        raise NeumatError("text", "words that the encoder can read (English)", f"{text[:40]!r}")
+    lost = sorted({letter for letter in plain if letter.isalnum()} - set(read))
+    if lost:
+        logging.warning("text %.40r: %s can't be read, and is left out", text, ", ".join(lost[:10]))
+    pieces = encoder.pieces(read)
+    if len(pieces) > encoder.longest:
+        logging.warning("text %.40r: only its first %d word pieces are read, of %d", text, encoder.longest, len(pieces))
+        read = read[: pieces[encoder.longest - 1][1]]
+    if negated := NEGATIONS.search(read):
+        logging.warning("text %.40r: %r may not be understood: say what it is instead", text, negated[0])
+    return read
+
+
+def hardly_known(text, encoder):
+    """Return whether half of the words of a text or more look foreign to an encoder: they have letters that English has
+    not, or the encoder knows them in pieces only."""
+    words = [match.span() for match in WORD.finditer(text)]
+    whole = {(start, end) for start, end, known in encoder.pieces(text) if known}
+    foreign = sum(not text[start:end].isascii() or (start, end) not in whole for start, end in words)
+    return 2 * foreign >= max(1, len(words))
+
+
+def _is_sign(letter):
+    """Return whether a character says nothing of a material: symbols but ASCII's, what encloses or selects one, what
+    can't be seen, and what is private or unassigned."""
+    category = unicodedata.category(letter)
+    return (category[0] == "S" and not letter.isascii()) or category in SIGNS or "\ufe00" <= letter <= "\ufe0f"
+
+
+def _unknown(text, encoder):
+    """Return the positions of letters that an encoder can't read: of each piece that it has not, those which it has not
+    by themselves either, or else all."""
+    positions = set()
+    for start, end, known in encoder.pieces(text):
+        if not known:
+            alone = {k for k in range(start, end) if any(not piece[2] for piece in encoder.pieces(text[k]))}
+            positions |= alone or set(range(start, end))
+    return positions
+
+
+def _without(text, positions):
+    """Return a text without the letters at these positions, empty brackets and double spaces."""
+    kept = "".join(" " if k in positions else letter for k, letter in enumerate(text))
+    return " ".join(EMPTY_BRACKETS.sub(" ", kept).split())
