@@ -20,8 +20,8 @@ rule score:
         "../envs/neumat.yaml"
     threads: 1
     resources:
-        mem_mb=3000,
-        runtime=10,
+        mem_mb=4500,
+        runtime=60,
     params:
         code=code("score"),
         draws=config["evaluate"]["draws"],
