@@ -16,6 +16,7 @@ from jsonschema.validators import extend
 from neumat.brdf.names import check_names, chosen_names, measured_files
 from neumat.brdf.published import merl_checksums
 from neumat.errors import NeumatError
+from neumat.files import cause
 
 SUFFIXES = {"merl": ".binary", "rgl": ".bsdf"}
 FEWEST = 4  # sources: two on each side of a split
@@ -49,8 +50,10 @@ def load_scene(path, schema):
     """
     try:
         layout = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise NeumatError(path, "a scene's YAML file", str(error).replace("\n", " ")) from error
+    except OSError as error:
+        raise NeumatError(path, "a scene's YAML file", cause(path, error)) from error
+    except (ValueError, yaml.YAMLError) as error:  # ValueError: bytes that are no text, dates that are none
+        raise NeumatError(path, "a scene's YAML file", " ".join(str(error).split())) from error
     layout = load(layout, schema, path)
     for name, item in layout["objects"].items():
         expected, found = len(item["materials"]) - 1, len(item["masks"])

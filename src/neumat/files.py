@@ -126,6 +126,15 @@ def finite_halves(values):
     return not (values.view(np.uint16) & 0x7C00 == 0x7C00).any()
 
 
+def text_attribute(file, path, what, name):
+    """Return the text in an attribute of an open store; raises NeumatError where it is missing or no text."""
+    with reading(path, what):
+        value = file.attrs.get(name)
+    if not isinstance(value, str):
+        raise NeumatError(path, f"{what} with a text in its attribute {name}", repr(value))
+    return value
+
+
 def _check(file, path, what, members, schema):
     """Raise NeumatError where an open store is not as `open_store` says."""
     datasets = {name: file.get(name) for name in members}

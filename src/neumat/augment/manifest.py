@@ -9,6 +9,7 @@ from neumat.errors import NeumatError
 from neumat.seeds import numpy_generator
 from neumat.tables import read_table
 
+COLUMNS = ["index", "name", "base", "parent_a", "parent_b", "weight", "grouped", "fold", "permutation", "random"]
 FOLDS = 5  # of the generalisation protocol; with fewer sources, one of each source
 
 
@@ -59,8 +60,19 @@ def fold_count(n):
 
 
 def read_manifest(path):
-    """Return the manifest written as TSV, every name as it was."""
-    return read_table(path)
+    """Return the manifest written as TSV, every name as it was. Raises NeumatError for a file that is none."""
+    rows = read_table(path)
+    if list(rows.columns) != COLUMNS:
+        raise NeumatError(path, f"the columns {', '.join(COLUMNS)}", ", ".join(map(ascii, rows.columns)))
+    for column in ("index", "fold", "weight"):
+        if not pd.api.types.is_numeric_dtype(rows[column]) or not np.isfinite(rows[column]).all():
+            raise NeumatError(path, f"numbers in the column {column}", "others")
+    in_order = rows["index"].tolist() == list(range(len(rows))) and len(rows) % len(PERMUTATIONS) == 0
+    if not in_order or rows["permutation"].tolist() != list(PERMUTATIONS) * (len(rows) // len(PERMUTATIONS)):
+        raise NeumatError(path, "every base material in six permutations, in order", "others")
+    if not len(rows) or not rows[["grouped", "random"]].isin(["train", "test"]).all(axis=None):
+        raise NeumatError(path, "materials on the sides train and test", "none or other sides")
+    return rows
 
 
 def protocol_indices(manifest, protocol):

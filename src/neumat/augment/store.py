@@ -13,7 +13,7 @@ from neumat.brdf.coordinates import ENTRIES
 from neumat.brdf.merl import write_merl
 from neumat.brdf.sources import BLOCK, LARGEST, channels, read_sources
 from neumat.errors import NeumatError
-from neumat.files import atomic_path, finite_halves, open_store, reading
+from neumat.files import atomic_path, finite_halves, open_store, reading, text_attribute
 
 SCHEMA = 1
 WHAT = "an AugMERL store"
@@ -31,9 +31,8 @@ class AugMerl:
         self.path, self.sources = path, read_sources(sources_path)
         self._file = open_store(path, WHAT, MEMBERS, SCHEMA)
         with reading(path, WHAT):
-            made_from = self._file.attrs.get("sources")
             self.parents, self.weight = self._file["parents"][:], self._file["weight"][:]
-        if made_from != self.sources.digest:
+        if text_attribute(self._file, path, WHAT, "sources") != self.sources.digest:
             raise NeumatError(path, "the source store that it was made from", sources_path)
         self.entries, self.n = self.sources.entries, len(self.parents)
         shape, expected = self._file["columns"].shape, (3 * self.sources.n, len(self.entries))

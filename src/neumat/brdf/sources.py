@@ -21,7 +21,7 @@ from neumat.brdf.rgl import SUFFIX as RGL_SUFFIX
 from neumat.brdf.rgl import check_rgl, read_rgl
 from neumat.brdf.table import valid_entries
 from neumat.errors import NeumatError
-from neumat.files import atomic_path, finite_halves, open_store, reading
+from neumat.files import atomic_path, finite_halves, open_store, reading, text_attribute
 
 SCHEMA = 1
 WHAT = "a store of sources"
@@ -113,8 +113,7 @@ class Sources:
         with reading(path, WHAT):
             self.names = list(self._file["names"].asstr())
             self.entries = self._file["entries"][:]
-            self.digest = self._file.attrs["digest"]
-        self.n = len(self.names)
+        self.digest, self.n = text_attribute(self._file, path, WHAT, "digest"), len(self.names)
         rows = len(self._file["columns"])
         if rows != 3 * self.n:
             raise NeumatError(path, f"3 columns for each of {self.n} sources", rows)

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 
 from neumat.errors import NeumatError
+from neumat.files import reading
 
 COLUMNS = ["name", "type", "family", "description"]
 
@@ -14,10 +15,8 @@ def read_types(path):
     Columns: type; family ("metal", "wood", ...), the word for what the type is made of; description, what one calls
     the material, colour words left out. Raises NeumatError for a missing file, missing columns or a name given twice.
     """
-    try:
+    with reading(path, "a table of material types (TSV)"):
         table = pd.read_csv(path, sep="\t", dtype=str, keep_default_na=False)
-    except (OSError, ValueError) as error:
-        raise NeumatError(path, "a table of material types (TSV)", error) from error
     if list(table.columns) != COLUMNS:
         raise NeumatError(path, f"columns {', '.join(COLUMNS)}", ", ".join(table.columns))
     twice = table["name"][table["name"].duplicated()]

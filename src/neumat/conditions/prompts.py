@@ -11,6 +11,7 @@ from pathlib import Path
 import pandas as pd
 
 from neumat.errors import NeumatError
+from neumat.files import cause
 from neumat.metrics.words import COLOURS, GLOSS, GLOSS_SYNONYMS, SYNONYMS
 
 COLUMNS = ("prompt", "colour", "gloss", "family", "use")
@@ -28,8 +29,8 @@ def read_prompts(path, families):
     path, known = Path(path), WORDS | {"family": tuple(families)}
     try:
         table = pd.read_csv(path, sep="\t", dtype=str, keep_default_na=False, quoting=csv.QUOTE_NONE)
-    except FileNotFoundError as error:
-        raise NeumatError(path, "a table of prompts (TSV)", "no such file") from error
+    except OSError as error:
+        raise NeumatError(path, "a table of prompts (TSV)", cause(path, error)) from error
     except (UnicodeDecodeError, pd.errors.ParserError, pd.errors.EmptyDataError) as error:
         raise NeumatError(path, "a table of prompts (TSV)", " ".join(str(error).split())) from error
     if tuple(table.columns) != COLUMNS:
