@@ -59,7 +59,7 @@ def fit_summary(table):
     for name, part in table.groupby("set", sort=False):
         part = part.reset_index(drop=True)
         for key, worst in WORST.items():
-            if part[key].notna().any():
+            if key in part and part[key].notna().any():
                 at = getattr(part[key], worst)()
                 rows.append((name, key, part[key].mean(), part[key].median(), part[key][at], part["name"][at]))
         if part["psnr"].isna().all():
