@@ -98,7 +98,7 @@ def stores(tmp_path_factory, field, toy):
     nothing = torch.rand(len(rows), 1, 48)
     write_conditions(
         folder / "conditions.h5",
-        Conditions("toy", type_names(types), known, facts, [["a"]] * len(rows), nothing, nothing),
+        Conditions("toy", type_names(rows, types), known, facts, [["a"]] * len(rows), nothing, nothing),
     )
     paths = {name: folder / f"{name}.h5" for name in ("neumerl", "conditions")} | {"manifest": folder / "manifest.tsv"}
     paths |= {name: CONFIG / f"{name}.tsv" for name in ("types", "prompts")}
@@ -106,7 +106,7 @@ def stores(tmp_path_factory, field, toy):
 
     @functools.cache
     def make(side):
-        asked = Synthesiser(toy, type_names(types), weights[train])
+        asked = Synthesiser(toy, type_names(rows, types), weights[train])
         return Bench(side, paths, asked, np.arange(0, 1_000_000, 50_000), IMAGES, None, 0), asked
 
     return make
