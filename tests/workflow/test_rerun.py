@@ -18,6 +18,7 @@ AFTER_SAMPLING = CONSTRAINED | {
     "unconditional",
     "generalisation_table",
     "novelty_table",
+    "generalisation_novelty",
     "novelty_figures",
     "grid",
     "method_sheet",

@@ -57,6 +57,8 @@ FITTED = range(
 )
 SHARDS = ceil(len(FITTED) / config["fit"]["materials_per_job"])
 FOLDS = [f"fold{k}" for k in chosen_folds(config["evaluate"]["folds"], len(SOURCES))]
+# Protocols whose reference materials have no relative among the training materials.
+UNRELATED = ["grouped", *FOLDS]
 TARGETS = {
     "all": [
         "results/tables/augmentation.csv",
@@ -95,7 +97,10 @@ TARGETS = {
         "results/charts/models.csv",
         "results/tables/text_ablation.csv",
     ],
-    "generalisation": ["results/tables/generalisation.csv"],
+    "generalisation": [
+        "results/tables/generalisation.csv",
+        "results/tables/generalisation_novelty.csv",
+    ],
     "export": [
         "results/export/safetensors/sample-0",
         *expand("results/export/{format}/blend-000@rbg", format=FORMATS),
@@ -129,9 +134,21 @@ def section(name, *unused):
     return {key: value for key, value in config[name].items() if key not in unused}
 
 
+def methods_of(protocol):
+    """The methods that are trained and scored under a protocol."""
+    evaluate = config["evaluate"]
+    in_all = protocol in evaluate["protocols"]
+    return evaluate["methods" if in_all else "generalisation_methods"]
+
+
 def hyperparameters_of(method):
     """A method's own; a null among a network's arguments leaves the network's default."""
-    given = dict(config["generative"]["methods"][method])
+    # MERL100 is the same model on other data.
+    given = dict(
+        config["generative"]["methods"][
+            "hyperdiffusion" if method == "merl100" else method
+        ]
+    )
     if "network" in given:
         given["network"] = {
             key: value for key, value in given["network"].items() if value is not None

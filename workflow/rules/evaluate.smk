@@ -1,21 +1,21 @@
+# All methods of a protocol in one job: they share the reference set and the training materials.
 rule score:
     input:
-        samples=branch(
-            lambda wildcards: wildcards.method == "training-set",
-            then=[],
-            otherwise="results/samples/{protocol}/{method}.h5",
-        ),
+        samples=lambda wildcards: [
+            f"results/samples/{wildcards.protocol}/{method}.h5"
+            for method in methods_of(wildcards.protocol)
+        ],
         neumerl=NEUMERL,
         manifest=MANIFEST,
         sources=SOURCES_STORE,
         inception=INCEPTION,
     output:
-        scores="results/scores/{protocol}/{method}.csv",
-        novelty="results/novelty/{protocol}/{method}.csv",
+        scores="results/scores/{protocol}.csv",
+        novelty="results/novelty/{protocol}.csv",
     log:
-        "results/logs/score/{protocol}/{method}.log",
+        "results/logs/score/{protocol}.log",
     benchmark:
-        "results/benchmarks/score/{protocol}/{method}.tsv"
+        "results/benchmarks/score/{protocol}.tsv"
     conda:
         "../envs/neumat.yaml"
     threads: 1
@@ -24,6 +24,7 @@ rule score:
         runtime=60,
     params:
         code=code("score"),
+        methods=lambda wildcards: methods_of(wildcards.protocol),
         draws=config["evaluate"]["draws"],
         set_size=config["evaluate"]["set_size"],
         entries=config["evaluate"]["entries"],
@@ -36,9 +37,8 @@ rule score:
 rule unconditional:
     input:
         expand(
-            "results/scores/{protocol}/{method}.csv",
+            "results/scores/{protocol}.csv",
             protocol=config["evaluate"]["protocols"],
-            method=["training-set", *config["evaluate"]["methods"]],
         ),
     output:
         table=report(
@@ -68,9 +68,8 @@ rule unconditional:
 use rule unconditional as generalisation_table with:
     input:
         expand(
-            "results/scores/{protocol}/{method}.csv",
-            protocol=FOLDS,
-            method=["training-set", *config["evaluate"]["generalisation_methods"]],
+            "results/scores/{protocol}.csv",
+            protocol=UNRELATED,
         ),
     output:
         table=report(
@@ -88,9 +87,8 @@ use rule unconditional as generalisation_table with:
 rule novelty_table:
     input:
         expand(
-            "results/novelty/{protocol}/{method}.csv",
+            "results/novelty/{protocol}.csv",
             protocol=config["evaluate"]["protocols"],
-            method=["training-set", *config["evaluate"]["methods"]],
         ),
     output:
         report(
@@ -112,6 +110,24 @@ rule novelty_table:
         code=code("novelty_table"),
     script:
         "../scripts/novelty_table.py"
+
+
+use rule novelty_table as generalisation_novelty with:
+    input:
+        expand(
+            "results/novelty/{protocol}.csv",
+            protocol=UNRELATED,
+        ),
+    output:
+        report(
+            "results/tables/generalisation_novelty.csv",
+            caption="../report/novelty.rst",
+            category="Generalisation",
+        ),
+    log:
+        "results/logs/generalisation_novelty.log",
+    benchmark:
+        "results/benchmarks/generalisation_novelty.tsv"
 
 
 rule novelty_figures:

@@ -6,11 +6,11 @@ Copies of training materials score well on every set metric; this is where they 
 import pandas as pd
 
 from neumat.metrics.distances import between
-from neumat.metrics.materials import union
 from neumat.metrics.near_copies import HELD_OUT, SAMPLES
 
 NOVELTY_DISTANCES = ("brdf_l1_log", "msl")
 NOVELTY_ENTRIES = 1024  # of the metric entries, evenly spread: enough for it
+COLUMNS = ["method", "protocol", "set", "item", "distance", "value", "nearest"]
 
 
 def nearest_training(materials, training, distance):
@@ -23,20 +23,26 @@ def nearest_training(materials, training, distance):
     return nearest.values, nearest.indices
 
 
-def novelty(reference, samples, training, method, protocol):
-    """Return one row for every sample and every held-out reference material and each of NOVELTY_DISTANCES.
-
-    Columns: method, protocol, set (samples or held-out), item, distance, value, nearest (index of the nearest training
-    material). reference, samples, training: MaterialSet (pictures are not needed).
-    """
-    probes = union(reference, samples)
-    items = [(HELD_OUT, i) for i in range(len(reference))] + [(SAMPLES, i) for i in range(len(samples))]
+def nearest_rows(materials, training):
+    """Return one row for each of NOVELTY_DISTANCES and each of `materials`: item, distance, value, nearest (index of
+    the nearest training material). materials, training: MaterialSet (pictures are not needed)."""
     frames = []
     for distance in NOVELTY_DISTANCES:
-        value, index = nearest_training(probes, training, distance)
-        frame = pd.DataFrame(items, columns=["set", "item"])
-        frames.append(frame.assign(distance=distance, value=value.numpy(), nearest=index.numpy()))
-    result = pd.concat(frames, ignore_index=True)
-    result.insert(0, "method", method)
-    result.insert(1, "protocol", protocol)
-    return result
+        value, index = nearest_training(materials, training, distance)
+        columns = {
+            "item": range(len(materials)),
+            "distance": distance,
+            "value": value.numpy(),
+            "nearest": index.numpy(),
+        }
+        frames.append(pd.DataFrame(columns))
+    return pd.concat(frames, ignore_index=True)
+
+
+def novelty(held_out, samples, method, protocol):
+    """Return the `nearest_rows` of the held-out reference materials and of a method's samples as one DataFrame.
+
+    Columns: method, protocol, set (samples or held-out), item, distance, value, nearest.
+    """
+    result = pd.concat([held_out.assign(set=HELD_OUT), samples.assign(set=SAMPLES)], ignore_index=True)
+    return result.assign(method=method, protocol=protocol)[COLUMNS]

@@ -11,7 +11,7 @@ from neumat.seeds import numpy_generator
 # The rows' order and names; a method that is not listed comes last, under its own name.
 LABELS = {
     "training-set": "training set",
-    "hyperdiffusion": "hyperdiffusion (M3ashy)",
+    "hyperdiffusion": "hyperdiffusion (ours)",
     "pca-a": "PCA-A",
     "pca-n": "PCA-N",
     "vae-a": "VAE-A",
@@ -27,6 +27,8 @@ _TITLES = {
     "cov": "COV, % (higher is better)",
     "mmd": "MMD (lower is better)",
 }
+PSNR_NOTE = "PSNR is a function of RMSE, so 1-NNA and COV are the same by both."
+PUBLISHED_NOTE = "In parentheses: M3ashy's Table 2, its own models on its own materials."
 _KEYS = ["method", "protocol", "metric", "distance"]
 
 
@@ -42,7 +44,8 @@ def table2(score_csvs, seed=0, resamples=1000):
     value is the mean over the draws, low and high its 95 % bootstrap interval over the draws (percentile, `resamples`).
     The protocols fold0, fold1, ... become one, `generalisation`: value is the mean over folds and draws, and the
     interval is over both, folds first. So it alone holds the chance of which materials were held out; the others hold
-    that of sampling only. n_ref and n_samples are those of a draw (the median fold's). Rows keep the files' order.
+    that of sampling only. n_ref and n_samples say how many materials of a draw were compared, as text: "118 to 122"
+    where folds differ. The intervals of all distances resample the same draws. Rows keep the files' order.
     """
     scores = pd.concat([pd.read_csv(path) for path in score_csvs], ignore_index=True)
     scores = scores.assign(fold=scores["protocol"])
@@ -51,27 +54,29 @@ def table2(score_csvs, seed=0, resamples=1000):
     for keys, group in scores.groupby(_KEYS, sort=False):
         values = group.pivot(index="fold", columns="draw", values="value").to_numpy(float)
         folds, draws = values.shape
-        generator = numpy_generator(seed, "bootstrap", *keys)
+        generator = numpy_generator(seed, "bootstrap", *keys[:-1])
         fold = generator.integers(0, folds, (resamples, folds, 1))
         means = values[fold, generator.integers(0, draws, (resamples, folds, draws))].mean((1, 2))
         # By order, not by interpolation: that of two infinite values is not a number.
         low, high = np.quantile(means, [0.025, 0.975], method="nearest")
-        sizes = group[["n_ref", "n_samples"]].median().astype(int)
-        rows.append((*keys, values.mean(), low, high, *sizes))
+        rows.append((*keys, values.mean(), low, high, *(_sizes(group[column]) for column in ("n_ref", "n_samples"))))
     return pd.DataFrame(rows, columns=[*_KEYS, "value", "low", "high", "n_ref", "n_samples"])
 
 
 def table2_markdown(table):
     """Return `table2`'s frame as Markdown: per protocol and metric, methods down, distances across.
 
-    A cell is `value [low, high]`; under `parity` the published figure follows in parentheses where there is one.
+    A cell is `value [low, high]`; under `parity` the published figure follows in parentheses where there is one: of
+    M3ashy's own models and materials, not of ours.
     """
     lines = []
     for protocol, part in table.groupby("protocol", sort=False):
-        sizes = f"{part['n_ref'].iloc[0]} held-out against {part['n_samples'].iloc[0]} samples"
+        pairs = part[["n_ref", "n_samples"]].drop_duplicates()
+        sizes = ", ".join(f"{row.n_ref} held-out against {row.n_samples} samples" for row in pairs.itertuples())
         over = "folds and draws" if protocol == "generalisation" else "draws"
         lines += [f"## {protocol}", "", f"{sizes}; mean over {over} [95 % interval over {over}]"]
-        lines[-1] += "; (M3ashy's Table 2).\n" if protocol == "parity" else ".\n"
+        lines[-1] += f". {PSNR_NOTE}"
+        lines[-1] += f" {PUBLISHED_NOTE}\n" if protocol == "parity" else "\n"
         figures = published() if protocol == "parity" else published().iloc[:0]
         broken = part[(part["metric"] == "nonfinite") & (part["value"] > 0)]
         part = part[part["metric"] != "nonfinite"]
@@ -94,6 +99,11 @@ def table2_markdown(table):
 def novelty_table(novelty_csvs):
     """Return `neumat.metrics.near_copies.novelty_summary` over several files of novelty rows."""
     return novelty_summary(pd.concat([pd.read_csv(path) for path in novelty_csvs], ignore_index=True))
+
+
+def _sizes(column):
+    low, high = column.min(), column.max()
+    return str(low) if low == high else f"{low} to {high}"
 
 
 def _grid(rows, figures, across, percent):

@@ -35,8 +35,8 @@ def read_found(path):
 def constrained_table(paths, protocol, statistics, rules, step):
     """Return one row per file of constrained samples, by category and way.
 
-    paths: files, see `read_found`. protocol: a metrics.stages.Protocol; statistics: of its 2400 materials; rules: see
-    `categorise`; step: every how manieth metric entry counts in distances.
+    paths: files, see `read_found`. protocol: see `neumat.studies.protocols`; statistics: of its 2400 materials;
+    rules: see `categorise`; step: every how manieth metric entry counts in distances.
 
     Columns: category, way, wanted, found, tried, accepted, invalid, acceptance (accepted / tried), seconds,
     seconds_per_accepted (inf where none was), training_share of the training materials in the category; then, over the

@@ -3,6 +3,7 @@
 import functools
 
 import numpy as np
+import pandas as pd
 import torch
 
 from neumat.augment.manifest import protocol_indices, read_manifest
@@ -14,8 +15,8 @@ from neumat.fields.store import read_neumerl, read_samples
 from neumat.files import open_store, read_store, reading
 from neumat.metrics import frechet, inception
 from neumat.metrics.materials import MaterialSet, metric_entries
-from neumat.metrics.novelty import NOVELTY_ENTRIES, novelty
-from neumat.metrics.score import score
+from neumat.metrics.novelty import NOVELTY_ENTRIES, nearest_rows, novelty
+from neumat.metrics.score import Scorer
 from neumat.render.sphere import FrozenSphere, render_fields
 from neumat.render.tables import render_combinations, table_matrix
 from neumat.seeds import numpy_generator
@@ -98,21 +99,24 @@ def coarse_positions(entries, stride):
     return np.where(entries[positions] == below, positions, np.arange(len(entries)))
 
 
-def score_method(protocol, method, samples_path, draws, size, inception_path):
-    """Return the rows of scores and the rows of novelty of one method; `training-set` needs no samples.
+def score_protocol(protocol, samples, draws, size, inception_path, progress=iter):
+    """Return the rows of scores and the rows of novelty of the training set and of every method.
 
+    samples: {method: path of its samples}; draws, size: of the training set's draws, and of the samples'.
     inception_path: pytorch-fid's weights (`neumat.metrics.inception`); empty scores without Inception's features.
     """
     features = {frechet.NAME: frechet.features}
     if inception_path:
         weights = inception.read_weights(inception_path)
         features[inception.NAME] = functools.partial(inception.features, weights=weights)
-    if method == TRAINING_SET:
-        samples = protocol.training_draws(draws, size)
-    else:
-        samples = protocol.samples(samples_path)
     reference = protocol.materials(protocol.reference)
-    scores = score(reference, samples, draws, method, protocol.name, features)
+    scorer = Scorer(reference, protocol.name, protocol.seed, features)
     step = max(1, len(protocol.entries) // NOVELTY_ENTRIES)
     training = protocol.materials(protocol.train, pictures=False, step=step)
-    return scores, novelty(reference.thinned(step), samples.thinned(step), training, method, protocol.name)
+    held_out = nearest_rows(reference.thinned(step), training)
+    scores, near = [], []
+    for method, path in progress({TRAINING_SET: None, **samples}.items()):
+        found = protocol.samples(path) if path else protocol.training_draws(draws, size)
+        scores.append(scorer.score(found, draws, method))
+        near.append(novelty(held_out, nearest_rows(found.thinned(step), training), method, protocol.name))
+    return pd.concat(scores, ignore_index=True), pd.concat(near, ignore_index=True)

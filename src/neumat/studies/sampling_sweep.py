@@ -7,7 +7,7 @@ import pandas as pd
 import torch
 
 from neumat.generative.samplers import SAMPLERS
-from neumat.metrics.score import score
+from neumat.metrics.score import Scorer
 
 DISTANCES = ("brdf_l1", "brdf_l1_log", "rmse", "neg_psnr")
 
@@ -15,24 +15,24 @@ DISTANCES = ("brdf_l1", "brdf_l1_log", "rmse", "neg_psnr")
 def sweep(protocol, dataset, model, nfes, shares, draws, size, seed, progress=iter):
     """Return a DataFrame: family, label, train_seconds, sample_seconds, metric, distance, value (mean over the draws).
 
-    protocol: metrics.stages.Protocol; dataset: its training side; model: an unfitted HyperDiffusion whose sampler and
-    nfe are the default. It is trained with each of `shares` of its steps and then sampled as it is; trained in
-    full, it is sampled by every sampler with each of `nfes` evaluations. Seconds are of this run and of draws * size
-    samples.
+    protocol: see `neumat.studies.protocols`; dataset: its training side; model: an unfitted HyperDiffusion whose
+    sampler and nfe are the default. It is trained with each of `shares` of its steps and then sampled as it is;
+    trained in full, it is sampled by every sampler with each of `nfes` evaluations. Seconds are of this run and of
+    draws * size samples.
     """
     trained = [
         ("training", f"{share:g} of the steps", replace(model, steps=max(1, round(share * model.steps))))
         for share in sorted({*shares, 1.0})
     ]
     settings = {(sampler, nfe) for sampler in SAMPLERS for nfe in nfes} | {(model.sampler, model.nfe)}
-    reference = protocol.materials(protocol.reference)
+    scorer = Scorer(protocol.materials(protocol.reference), protocol.name, protocol.seed, {}, DISTANCES)
     rows = []
 
     def measure(family, label, fitted, train_seconds):
         start = time.perf_counter()
         samples = torch.from_numpy(fitted.sample(draws * size, seed))
         seconds = time.perf_counter() - start
-        scores = score(reference, protocol.fields(samples), draws, label, protocol.name, {}, DISTANCES)
+        scores = scorer.score(protocol.fields(samples), draws, label)
         means = scores.groupby(["metric", "distance"], sort=False)["value"].mean().reset_index()
         rows.append(means.assign(family=family, label=label, train_seconds=train_seconds, sample_seconds=seconds))
 

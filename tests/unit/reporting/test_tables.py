@@ -51,10 +51,10 @@ def test_folds_become_one_protocol_whose_interval_holds_their_spread(tmp_path):
         pd.DataFrame(rows, columns=columns).to_csv(paths[-1], index=False)
     row = table2(paths).iloc[0]
     assert len(table2(paths)) == 1 and row.protocol == "generalisation"
-    assert row.value == pytest.approx(70.1) and (row.n_ref, row.n_samples) == (120, 120)
+    assert row.value == pytest.approx(70.1) and (row.n_ref, row.n_samples) == ("118 to 122", "120")
     # The draws of a fold agree, so the interval is that of a mean of five levels.
     assert row.high - row.low == pytest.approx(2 * 1.96 * np.std(levels) / 5**0.5, rel=0.2)
-    assert "mean over folds and draws" in table2_markdown(table2(paths))
+    assert "118 to 122 held-out against 120 samples; mean over folds and draws" in table2_markdown(table2(paths))
 
 
 def test_infinite_draws_stay_infinite(score_files):
@@ -72,7 +72,7 @@ def test_markdown_puts_published_figures_beside_parity_only(score_files):
     assert cell.count("|") == 4  # the method, rmse with the published figure, msl without one
     assert "(60.0)" not in grouped and "M3ashy's Table 2" not in grouped
     rows = [line.split("|")[1].strip() for line in parity.splitlines() if line.startswith("| ")]
-    assert rows[1:5] == ["training set", "hyperdiffusion (M3ashy)", "VAE-A", "mine"]
+    assert rows[1:5] == ["training set", "hyperdiffusion (ours)", "VAE-A", "mine"]
     assert "VAE-A: 1 samples a draw were not finite." in parity
     assert "KID-X" in parity
     assert "FID" in parity and "FID" not in grouped
@@ -83,6 +83,15 @@ def test_the_published_fid_stands_beside_the_same_features(score_files):
     scores.to_csv(score_files[2], index=False)
     text = table2_markdown(table2(score_files[:4]))
     assert "| 0.1 [0.1, 0.1] (0.44) |" in text and "Nor is FID" not in text
+
+
+def test_distances_with_the_same_draws_have_the_same_interval(score_files):
+    scores = pd.read_csv(score_files[2])
+    psnr = scores[(scores.metric == "one_nna") & (scores.distance == "rmse")].assign(distance="neg_psnr")
+    pd.concat([scores, psnr]).to_csv(score_files[2], index=False)
+    rows = table2(score_files[2:3]).query("metric == 'one_nna'").set_index("distance")[["value", "low", "high"]]
+    assert rows.loc["rmse"].equals(rows.loc["neg_psnr"]) and rows.loc["rmse", "low"] < rows.loc["rmse", "high"]
+    assert "PSNR is a function of RMSE" in table2_markdown(table2(score_files[:1]))
 
 
 def test_published_figures():
