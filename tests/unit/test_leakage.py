@@ -97,13 +97,16 @@ def run(tmp_path_factory, field):
     types = [(n, f"type{k // 2}", ("metal", "plastic")[k % 2], 3 * n[-1]) for k, n in enumerate(names)]
     pd.DataFrame(types, columns=["name", "type", "family", "description"]).to_csv(paths["types"], sep="\t", index=False)
     prompts = pd.DataFrame({"prompt": [3 * letter for letter in LETTERS], "colour": "", "gloss": "", "family": ""})
+    prompts = pd.concat(
+        [prompts.assign(use="report"), prompts[:2].assign(prompt=["yyy", "zzz"], use=["earlier", "validation"])]
+    )
     prompts.to_csv(paths["prompts"], sep="\t", index=False)
     table = read_types(paths["types"])
     facts = pd.DataFrame({"name": rows["name"], "colour": "red", "gloss": "matte", "thing": "thing", "family": "metal"})
     text, image = (torch.from_numpy(generator.normal(size=(len(rows), 2, 8))).float() for _ in range(2))
     said = [["a text", "another"]] * len(rows)
     known = torch.from_numpy(type_rows(rows, table))
-    write_conditions(paths["conditions"], Conditions("toy", type_names(table), known, facts, said, text, image))
+    write_conditions(paths["conditions"], Conditions("toy", type_names(rows, table), known, facts, said, text, image))
     paths = {name: str(path) for name, path in paths.items()}
     return SimpleNamespace(paths=paths, rows=rows, weights=weights, conditions=read_conditions(paths["conditions"]))
 
@@ -289,7 +292,7 @@ def test_requests_are_learnt_from_training_materials(run, monkeypatch):
         ConditionalDiffusion, "fit", lambda self, weights, given, *rest: fitted.append((self, weights, given))
     )
     paths = {**run.paths, "projection": "", "statistics": "", "model": ""}
-    training.tune(paths, {}, {}, {"sampler": "heun", "nfe": 8}, 0, None, None)
+    training.tune(paths, {}, {}, {"sampler": "heun", "nfe": 8}, {}, 0, None, None)
     (model, weights, given), train = fitted[0], sorted(sides(run.rows, "parity")[0])
     c = run.conditions
     for found, table in (
@@ -321,7 +324,12 @@ def test_stability_measures_novelty_against_training_materials(run, monkeypatch,
 
 @pytest.fixture
 def bench(run):
-    """The Bench of requests; its synthesiser embeds at random, the same every time."""
+    """The Bench of requests that is reported on."""
+    return bench_of(run, "report")
+
+
+def bench_of(run, side):
+    """Return the Bench of requests of a side; its synthesiser embeds at random, the same every time."""
     rows = torch.from_numpy(np.random.default_rng(1).normal(size=(500, 8))).float()
     one_hot = torch.eye(len(run.conditions.types))
     synthesiser = SimpleNamespace(
@@ -333,11 +341,12 @@ def bench(run):
         projection=SimpleNamespace(image=lambda features: features),
     )
     entries = torch.nonzero(above_horizon())[::1000, 0].numpy()
-    return request_bench.Bench(run.paths, synthesiser, entries, 6, None, 0)
+    return request_bench.Bench(side, run.paths, synthesiser, entries, 6, None, 0)
 
 
-def test_requests_show_held_out_materials_and_nulls_answer_with_training_materials(run, bench):
-    train, reference = sides(run.rows, "parity")
+@pytest.mark.parametrize("side", ["validation", "report"])
+def test_requests_show_held_out_materials_and_nulls_answer_with_training_materials(run, side):
+    bench, (train, reference) = bench_of(run, side), sides(run.rows, "parity")
     assert which(bench.training.brdf, evaluate(run.weights, *grid_angles(bench.entries))) == sorted(train)
     for requests in bench.requests():
         assert set(which(bench.nearest(requests, 3), run.weights)) <= train
@@ -345,6 +354,16 @@ def test_requests_show_held_out_materials_and_nulls_answer_with_training_materia
         assert not len(answers) or set(which(answers, run.weights)) <= train
         if requests.modality == "image":
             assert set(which(requests.targets, run.weights)) <= reference
+
+
+def test_settings_are_chosen_on_other_pictures_and_prompts_than_are_reported_on(run):
+    asked = [bench_of(run, side).requests() for side in ("validation", "report")]
+    bases = [
+        set(run.rows["base"][which(r.targets, run.weights)]) for side in asked for r in side if r.modality == "image"
+    ]
+    texts = [{name for r in side if r.modality == "text" for name in r.names} for side in asked]
+    for one, other in (bases, texts):
+        assert one and other and not one & other
 
 
 def test_the_novelty_of_answers_is_measured_against_training_materials(run, bench):
@@ -358,7 +377,8 @@ def test_the_novelty_of_answers_is_measured_against_training_materials(run, benc
 def test_judges_have_not_seen_the_source_nearest_to_what_they_judge(run, bench):
     """Sources themselves and, by their texts, permutations of them are judged. Two sources of a type have nothing in
     common, and no two share a word: a judge that has seen a source knows it, and another one cannot."""
-    plain, kinds, texts = np.arange(len(LETTERS)) * len(PERMUTATIONS), *bench.requests()[:2]
+    plain, requests = np.arange(len(LETTERS)) * len(PERMUTATIONS), bench.requests()
+    kinds, texts = (next(r for r in requests if (r.modality, r.use) == (name, "report")) for name in ("type", "text"))
     types, sources = bench.source_types, run.weights[plain]
     own = np.array([kinds.names.index(name) for name in types])
     judged = bench.judge(kinds, sources, own)
