@@ -18,10 +18,9 @@ def check(config, names, scenes, scene_schema):
     """
     check_rules(config["constrained"]["rules"])
     _ascending("augment.weight_range", config["augment"]["weight_range"])
-    for method in ("hyperdiffusion", "merl100"):
-        levels = config["generative"]["methods"][method]
-        pair = [levels["sigma_min"], levels["sigma_max"]]
-        _ascending(f"generative.methods.{method}.sigma_min and sigma_max", pair, strict=True)
+    levels = config["generative"]["methods"]["hyperdiffusion"]
+    pair = [levels["sigma_min"], levels["sigma_max"]]
+    _ascending("generative.methods.hyperdiffusion.sigma_min and sigma_max", pair, strict=True)
     tolerances = config["scenes"]["tolerances"]
     if config["scenes"]["tolerance"] not in tolerances:
         expected = f"one of scenes.tolerances, {', '.join(map(str, tolerances))}"
