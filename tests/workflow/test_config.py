@@ -158,6 +158,13 @@ def test_sources_of_the_users_own(tmp_path):
     (tmp_path / "c.binary").unlink()
     with pytest.raises(NeumatError, match=r"at least 4 materials to split and blend; found 3"):
         source_names(sources)
+    for wrong in (
+        {"kind": "embedded"},
+        {"kind": "rgl", "url": "http://127.0.0.1/{name}"},
+        {"url": "http://127.0.0.1/a"},
+    ):
+        with pytest.raises(NeumatError, match=r"config key sources\.(kind|url)"):
+            source_names(sources | wrong)
     with pytest.raises(NeumatError, match=r"sources\.folder"):
         source_names(sources | {"folder": str(tmp_path / "absent")})
     assert len(source_names(sources | {"url": "http://127.0.0.1/{name}.binary"})) == 100

