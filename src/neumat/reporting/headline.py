@@ -6,7 +6,7 @@ from neumat.reporting.markdown import frame_markdown
 from neumat.tables import read_table
 
 _ABSENT = "–"
-_BEST = "conditional, best of 16"  # what requests return
+_BEST = "conditional, best"  # of several candidates: what requests return
 # Of requests: modality, judge's measure, method, format, words, what looking up is called.
 _REQUESTS = (
     ("text", "colour right", _BEST, ".2f", "text: colour right, share of answers", "null: nearest"),
@@ -109,8 +109,10 @@ def _generalisation(table):
 
 def _requests(table):
     """Requests that no setting was chosen on."""
+    if len(table):
+        table = table.assign(method=table["method"].str.replace(r"best of \d+", "best", regex=True))
     for modality, measure, method, form, words, lookup in _REQUESTS:
-        unasked = "null: unconditional" + (", best of 16" if method == _BEST else "")
+        unasked = "null: unconditional" + (", best" if method == _BEST else "")
         ours, ignored, looked_up, best = (
             _value(table, form, modality=modality, use="report", measure=measure, method=name)
             for name in (method, unasked, lookup, "training set")

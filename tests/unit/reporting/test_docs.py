@@ -100,6 +100,23 @@ def test_fits_of_measured_materials_stand_beside_those_of_embedded_ones(clone):
     assert "| not measured |" in headline(clone / "results").splitlines()[3]
 
 
+def test_requests_are_quoted_as_served_and_from_prompts_that_chose_nothing(clone):
+    values = {
+        "conditional, best of 4": 0.9,
+        "null: unconditional, best of 4": 0.3,
+        "null: nearest": 0.8,
+        "training set": 1.0,
+        "conditional": 0.7,
+    }
+    rows = [
+        ("text", use, m, "colour right", v / k) for k, use in ((2, "earlier"), (1, "report")) for m, v in values.items()
+    ]
+    table = pd.DataFrame(rows, columns=["modality", "use", "method", "measure", "value"])
+    save(table, clone / "results/tables/conditional.csv")
+    line = next(line for line in headline(clone / "results").splitlines() if "text: colour" in line)
+    assert line.endswith("| 0.90 | 0.30 (no request), 0.80 (looked up) | 1.00 |")
+
+
 def test_pictures_are_small_whatever_they_show(clone):
     docs.write_docs(clone / "results", clone / "docs")
     data = (clone / "docs/grid.webp").read_bytes()
