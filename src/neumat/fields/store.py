@@ -60,12 +60,12 @@ def read_neumerl(path):
 
 
 def read_requested(path):
-    """Return the fields (n, 675), float32, that a run served to its texts and pictures.
+    """Return the fields (n, 675), float32, that a run served to the texts and pictures that it reports.
 
     Raises NeumatError where `files.read_store` does.
     """
-    members = ("text/samples", "image/samples")
-    arrays, _ = read_store(path, "a store of requested samples", dict.fromkeys(members, ("numbers", ("n", SIZE))))
+    members = {f"{name}/report/samples": ("numbers", (name, SIZE)) for name in ("text", "image")}
+    arrays, _ = read_store(path, "a store of requested samples", members)
     return torch.from_numpy(np.concatenate([arrays[member] for member in members])).float()
 
 
