@@ -149,8 +149,8 @@ SECTIONS = (
         "definitions of words for colour and gloss. `null: unconditional` ignores the request; `null: nearest` and "
         "`null: nearest appearance` look the training materials up; `training set` are training materials that are "
         "what was asked for, the ceiling. Distances are BRDF-L1-log, RMSE that of pictures. `use`: no setting was "
-        "chosen on what is marked `report`; on prompts marked `earlier` settings had been chosen, so read them as an "
-        "upper bound. The types are all there are: settings were chosen on the same ones, with other draws.",
+        "chosen on texts and pictures marked `report`; on prompts marked `earlier` settings were chosen, so read them "
+        "as an upper bound. The types are all there are: settings were chosen on the same ones.",
         ("tables/conditional.csv",),
         tables=(_requests,),
         pictures={
