@@ -1,8 +1,8 @@
 """The unseen prompts: requests in words that no training text holds, with what can be measured of each.
 
-Settings are chosen on the prompts for `validation` only; tables report the others. Prompts for `report` have never been
-used for a setting. Those called `earlier` are reported too, but on them guidance, candidates, the projection's power,
-the tuning and the thresholds of `conditions.synthesis` had been chosen before there were others.
+Settings are chosen on the prompts for `validation` only; tables report the others. No setting was chosen on prompts for
+`report`. Those called `earlier` are reported too, and are an upper bound: guidance, candidates, the power of the
+projection, the tuning and the thresholds of `conditions.synthesis` were chosen on them.
 """
 
 import csv

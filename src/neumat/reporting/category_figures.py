@@ -13,7 +13,7 @@ _ROW = 0.135  # inches
 def statistics_by_type(table, path):
     """Draw mean and maximum reflectance per channel of every type, means over its materials; M3ashy, Fig. 23.
 
-    table: of metrics.categories.source_table.
+    table: of studies.categories.source_table.
     """
     values = table.groupby("type").mean(numeric_only=True)
     values = values.iloc[np.argsort(values[["maximum_r", "maximum_g", "maximum_b"]].max(axis=1), kind="stable")]
@@ -34,7 +34,7 @@ def statistics_by_material(table, path):
     """Draw mean (open) and maximum (filled) reflectance per channel of every material, by family and type; M3ashy,
     Fig. 24.
 
-    table: of metrics.categories.source_table.
+    table: of studies.categories.source_table.
     """
     families = list(table["family"].value_counts().index)
     columns = [[], []]
@@ -55,7 +55,7 @@ def statistics_by_material(table, path):
 def constrained_chart(table, path):
     """Draw what one accepted material costs in seconds, by category and way of sampling, into a PNG.
 
-    table: of metrics.constrained.constrained_table. Categories from common to rare in the training materials. A
+    table: of studies.constrained.constrained_table. Categories from common to rare in the training materials. A
     search that found nothing shows as an open arrow at all of its seconds: the cost lies beyond. Dashed: ten times the
     cost of the commonest.
     """

@@ -20,7 +20,7 @@ IMAGES, PER_REQUEST = 8, 5
 def request_figure(requests, weights, size, spp, path):
     """Write the figure of one modality as PNG, rendered by Mitsuba.
 
-    requests: a `conditions.evaluate.Requests`; weights (r n, 675): the samples of each in turn.
+    requests: a `studies.request_bench.Requests`; weights (r n, 675): the samples of each in turn.
     """
     wanted = FIGURES[requests.modality]
     chosen = [i for i, name in enumerate(requests.names) if wanted is None or name in wanted]

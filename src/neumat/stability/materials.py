@@ -1,4 +1,4 @@
-"""Where rendering breaks: materials at their limits. See `stability`."""
+"""Where rendering breaks: materials at their limits. See `stability.rendering`."""
 
 import math
 

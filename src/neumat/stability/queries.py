@@ -1,4 +1,4 @@
-"""Where rendering breaks: many random directions, the largest deviation named. See `stability`."""
+"""Where rendering breaks: many random directions, the largest deviation named. See `stability.rendering`."""
 
 import numpy as np
 import torch

@@ -1,8 +1,8 @@
 """Where rendering breaks: directions, values and files at their limits, and which guard catches what.
 
 Every stress says what must happen; what does happen stands beside it, measured. Here are the directions; the
-materials are in `stability_materials`, broken and coarse numbers in `stability_weights`, and comparisons at many random
-directions in `stability_queries`.
+materials are in `stability.materials`, broken and coarse numbers in `stability.weights`, and comparisons at many random
+directions in `stability.queries`.
 """
 
 import math

@@ -30,7 +30,7 @@ def stability_table(bench, progress=iter):
 
 
 def stresses(bench, folder):
-    """Yield every Stress of a Bench; images are written to `folder`, a Path."""
+    """Yield every Stress of a StressBench; images are written to `folder`, a Path."""
     yield from _settings(bench)
     yield from _texts(bench)
     yield from _images(bench, folder)

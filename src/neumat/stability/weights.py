@@ -1,4 +1,4 @@
-"""Where rendering breaks: weights and tables with NaN, and weights and values in half precision. See `stability`."""
+"""Where rendering breaks: weights and tables with NaN, half-precision numbers. See `stability.rendering`."""
 
 import math
 

@@ -35,7 +35,7 @@ from neumat.metrics.words import colour_right, gloss_right, says
 from neumat.render.scene import to_srgb8
 from neumat.render.sphere import FrozenSphere, radiance_fields
 from neumat.seeds import numpy_generator
-from neumat.studies.measured import measured_pictures
+from neumat.studies.measured_requests import measured_pictures
 from neumat.studies.text_scorer import TextScorer, material_texts, retrieval_rank
 from neumat.studies.type_scorer import TypeScorer, accuracies
 

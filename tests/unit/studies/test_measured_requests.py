@@ -5,7 +5,7 @@ import torch
 
 from neumat.render.scene import environment
 from neumat.render.sphere import FrozenSphere
-from neumat.studies.measured import measured_pictures
+from neumat.studies.measured_requests import measured_pictures
 
 FOLDER = Path(__file__).parents[4] / "shared" / "data" / "rgl"
 
