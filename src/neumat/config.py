@@ -98,7 +98,7 @@ def source_names(sources):
 
 def fit_files(fit):
     """Return the files of the folder that the config's section `fit` names as `measured`, sorted: measured materials,
-    and the published fields (.h5) that have the name of one. None where it is null.
+    and the published fields (.h5) that have the name of one. An empty list where it is null.
 
     Raises NeumatError where it is no folder, or has fewer than two materials: some choose settings, others report.
     """
@@ -110,11 +110,11 @@ def fit_files(fit):
         files = sorted(Path(folder).iterdir())
     except OSError as error:
         raise NeumatError(where, expected, f"{folder}: {error.strerror}") from error
-    measured = [path for path in files if path.suffix in suffixes and not path.name.startswith(".")]
+    measured = [path for path in files if path.suffix.lower() in suffixes and not path.name.startswith(".")]
     names = [path.stem for path in measured]
     check_names(names, folder)
-    if len(set(names)) < max(2, len(names)):
-        raise NeumatError(where, f"{expected}, each with a name of its own", ", ".join(names) or f"none in {folder}")
+    if len(names) < 2:
+        raise NeumatError(where, expected, ", ".join(names) or f"none in {folder}")
     return [*measured, *(path for path in files if path.suffix == ".h5" and path.stem in names)]
 
 

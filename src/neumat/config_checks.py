@@ -56,8 +56,7 @@ def check_sides(manifest, evaluate):
 
 def smaller_sets(config, names):
     """Return a line that names the protocols, folds included, whose reference set is smaller than `evaluate.set_size`:
-    there as many samples as references are compared. Empty where
-    none is."""
+    there as many samples as references are compared. Empty where none is."""
     evaluate = config["evaluate"]
     folds = [f"fold{k}" for k in chosen_folds(evaluate["folds"], len(names))]
     manifest = draw_manifest(names, config["augment"], config["seed"])
@@ -81,9 +80,10 @@ def folder_contents(key, folder, suffix=SUFFIXES["rgl"]):
     if folder is None:
         return []
     expected, path = f"a folder of {suffix} files", Path(folder)
-    if not path.is_dir():
-        raise NeumatError(f"config key {key}", expected, folder)
-    files = sorted(str(file) for file in path.iterdir() if file.suffix.lower() == suffix and file.name[0] != ".")
+    try:
+        files = sorted(str(file) for file in path.iterdir() if file.suffix.lower() == suffix and file.name[0] != ".")
+    except OSError as error:
+        raise NeumatError(f"config key {key}", expected, f"{folder}: {error.strerror}") from error
     if not files:
         raise NeumatError(f"config key {key}", expected, f"none in {folder}")
     return files

@@ -4,6 +4,7 @@ A name becomes a line of tables, a folder of results/export and a part of other 
 come back letter for letter from any of these is refused before anything is read.
 """
 
+import os
 import re
 from pathlib import Path
 
@@ -30,14 +31,14 @@ def check_name(name, where):
 
 
 def check_names(names, where):
-    """Raise NeumatError for the first of `names` that a material may not have, or that differs from another in the case
-    of its letters only."""
+    """Raise NeumatError for the first of `names` that a material may not have, or that is another's but for the case
+    of its letters."""
     seen = {}
     for name in names:
         check_name(name, where)
-        twin = seen.setdefault(name.casefold(), name)
-        if twin is not name:
+        if twin := seen.get(name.casefold()):
             raise NeumatError(where, "a name of its own in any case of letters (rename one)", f"{twin} and {name}")
+        seen[name.casefold()] = name
 
 
 def measured_files(folder, suffix):
@@ -47,7 +48,7 @@ def measured_files(folder, suffix):
     a name that is refused, and two names that differ in case only.
     """
     folder = Path(folder)
-    if not folder.is_dir():
+    if not os.path.isdir(folder):  # Path.is_dir raises where a folder above may not be read
         raise NeumatError(folder, f"a folder of {suffix} files", "no such folder")
     try:
         paths = sorted(path for path in folder.iterdir() if not path.name.startswith("."))

@@ -86,7 +86,8 @@ def read_keras(path):
         for layer in _names(path, root, "layer_names"):
             group = _member(path, root, layer, h5py.Group)
             for name in _names(path, group, "weight_names"):
-                parts[name] = _member(path, group, name, h5py.Dataset)
+                # With the layer's name: Keras 3 calls them kernel and bias in every layer.
+                parts[f"{layer}/{name}"] = _member(path, group, name, h5py.Dataset)
         check_shapes(path, parts)  # before they are read: a foreign dataset may be of any size
         return join(path, {name: part[()] for name, part in parts.items()})
 

@@ -7,7 +7,7 @@ from neumat.errors import NeumatError
 from neumat.export.npy import read_rows
 from neumat.fields.store import read_neumerl, read_samples
 
-SAMPLE = re.compile(r"sample-(\d+)")
+SAMPLE = re.compile(r"sample-([0-9]{1,18})")
 
 
 def find_material(store, name):
@@ -35,7 +35,7 @@ def _fitted(store, name):
 
 def _row(path, name):
     rows = read_rows(path)
-    if not (name.isdecimal() and int(name) < len(rows)):
+    if name not in map(str, range(len(rows))):
         raise NeumatError(path, f"the number of a material, 0 to {len(rows) - 1}", repr(name))
     return rows[int(name)]
 

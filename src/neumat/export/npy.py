@@ -67,5 +67,5 @@ def _files(path):
 
 def _load(file):
     """Return the array of an .npy file, which np.load alone would also take for an archive of several."""
-    with reading(file, "an .npy file"), file.open("rb") as stream:
+    with reading(file, "an .npy file"), open(file, "rb") as stream:
         return np.lib.format.read_array(stream, allow_pickle=False)

@@ -1,5 +1,6 @@
 """Materials that other programs, or `export`, have written."""
 
+import os
 from pathlib import Path
 
 from neumat.brdf.merl import read_merl
@@ -33,10 +34,10 @@ def read_material(path):
     not finite.
     """
     path = Path(path)
-    if path.is_dir():
+    if os.path.isdir(path):  # Path.is_dir raises where a folder above may not be read
         path = _only_material(path)
-    if not path.is_file():
-        raise NeumatError(path, "a material", "no such file")
+    with reading(path, "a material"):
+        path.open("rb").close()
     for suffix, read in READERS.items():
         if path.name.lower().endswith(suffix):
             return read(path)

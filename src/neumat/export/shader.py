@@ -43,8 +43,8 @@ def function_name(name):
     """
     if re.fullmatch(r"[A-Za-z0-9]+", name):
         return f"brdf_{name}"
-    # Two underscores in a row are reserved in GLSL. A plain name holds none, so none of them ends like this.
-    words = re.findall(r"[A-Za-z0-9]+", name)
+    # Two underscores in a row are reserved in GLSL. What follows "brdf_" holds at least one, as no plain name does.
+    words = re.findall(r"[A-Za-z0-9]+", name) or ["x"]
     return "_".join(["brdf", *words, hashlib.sha256(name.encode()).hexdigest()[:12]])
 
 

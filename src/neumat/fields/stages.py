@@ -13,7 +13,7 @@ from neumat.augment.store import AugMerl
 from neumat.errors import NeumatError
 from neumat.fields.fit import GROUP, Directions, first_field, fit
 from neumat.fields.layout import SIZE, permute_channels
-from neumat.fields.store import FITS, PER_MATERIAL, write_neumerl
+from neumat.fields.store import FITS, PER_MATERIAL, read_first, write_neumerl
 from neumat.files import atomic_path, read_store, reading
 
 SHARD = "a shard of fits"
@@ -45,7 +45,7 @@ def fit_shard(store_path, sources_path, first_path, indices, config, seed, path,
     """
     store = AugMerl(store_path, sources_path)
     directions = Directions(store.entries, seed)
-    first = torch.from_numpy(read_store(first_path, "the first field", {"weights": ("numbers", (SIZE,))})[0]["weights"])
+    first = read_first(first_path)
     groups = [indices[k : k + GROUP] for k in range(0, len(indices), GROUP)]
     results = [fit(load_values(store, group), directions, first, config, seed) for group in progress(groups)]
     for group, result in zip(groups, results, strict=True):

@@ -59,6 +59,12 @@ def read_neumerl(path):
     )
 
 
+def read_first(path):
+    """Return the first field (675,), from which all fits start; raises NeumatError where `files.read_store` does."""
+    arrays, _ = read_store(path, "the first field", {"weights": ("numbers", (SIZE,))})
+    return torch.from_numpy(arrays["weights"])
+
+
 def read_requested(path):
     """Return the fields (n, 675), float32, that a run served to the texts and pictures that it reports.
 

@@ -9,6 +9,7 @@ from neumat.augment.manifest import protocol_indices, read_manifest
 from neumat.augment.pca import projection
 from neumat.augment.permutations import PERMUTATIONS, channel_order
 from neumat.brdf.sources import gram, read_sources
+from neumat.errors import NeumatError
 from neumat.fields.store import read_neumerl
 from neumat.generative.base import Dataset
 
@@ -36,11 +37,14 @@ def training_dataset(neumerl, manifest, sources, protocol, components, model):
 
 def training_indices(fitted, rows, protocol):
     """Return the indices (n,) of the materials that a model is trained on under `protocol`: those of
-    `protocol_indices` whose fits have converged. fitted: NeuMerl; rows: the manifest."""
+    `protocol_indices` whose fits have converged. fitted: NeuMerl; rows: the manifest. Raises NeumatError where fewer
+    than two have."""
     train, _ = protocol_indices(rows, protocol)
     good = fitted.fits["converged"][train]
     if not good.all():
         logging.warning("%d of %d materials are left out: their fits have not converged", (~good).sum(), len(good))
+    if good.sum() < 2:
+        raise NeumatError(f"training materials of {protocol}", "at least 2 whose fits have converged", good.sum())
     return train[good]
 
 

@@ -5,7 +5,6 @@ Of the files, sorted by name, the first two thirds are for validation: settings 
 
 from pathlib import Path
 
-import h5py
 import pandas as pd
 import torch
 
@@ -13,7 +12,7 @@ from neumat.brdf.sources import LARGEST
 from neumat.errors import NeumatError
 from neumat.export.reading import read_material
 from neumat.fields.fit import Directions, fit, losses
-from neumat.fields.store import PER_MATERIAL
+from neumat.fields.store import PER_MATERIAL, read_first
 from neumat.metrics.pictures import compare_pictures
 from neumat.render.sphere import FrozenSphere, render_fields
 from neumat.render.tables import render_tables, table_matrix
@@ -83,6 +82,4 @@ def fit_measured(files, first_path, config, size, seed):
     """
     if not files:
         return pd.DataFrame([{"set": "measured", "name": NONE}])
-    with h5py.File(first_path) as file:
-        first = torch.from_numpy(file["weights"][:])
-    return MeasuredMaterials(files, size, seed).fit((VALIDATION, REPORTING), first, config, seed)
+    return MeasuredMaterials(files, size, seed).fit((VALIDATION, REPORTING), read_first(first_path), config, seed)

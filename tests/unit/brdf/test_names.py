@@ -42,6 +42,8 @@ def test_names_that_only_look_special_are_accepted(name):
 def test_names_that_differ_in_case_are_refused():
     with pytest.raises(NeumatError, match="rename one"):
         check_names(["Steel", "felt", "steel"], "here")
+    with pytest.raises(NeumatError, match="rename one"):
+        check_names(["steel"] * 2, "here")
 
 
 def test_a_folder_says_which_file_to_rename(tmp_path):

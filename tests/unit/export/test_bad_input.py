@@ -65,6 +65,7 @@ def test_wrong_members(random_field, tmp_path, format, member, value, words):
 def test_damaged_foreign_and_missing_files(tmp_path, format):
     path = tmp_path / f"chrome{EXPORTS[format][0]}"
     assert_one_line(["chrome", "no such file"], read_material, path)
+    assert_one_line(["chrome"], read_material, path.with_name("x" * 5000 + path.name))
     path.write_bytes(b"")
     assert_one_line(["chrome"], read_material, path)
     path.write_bytes(b"a text that someone renamed" * 50)

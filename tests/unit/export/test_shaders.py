@@ -107,6 +107,10 @@ def test_every_name_has_a_function_of_its_own(names):
     assert len({function_name(name) for name in names + NAMES}) == len(set(names + NAMES))
 
 
+def test_no_plain_name_has_the_function_of_another():
+    assert function_name(function_name("é").rpartition("_")[2]) != function_name("é")
+
+
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("name", NAMES)
 def test_source_is_ascii_whatever_the_name(random_field, language, name, tmp_path):

@@ -82,6 +82,18 @@ def test_keras_files_of_other_versions(random_field, tmp_path, text, root):
     assert torch.equal(read_material(tmp_path / "other.h5"), random_field)
 
 
+def test_keras_weights_of_the_same_names_in_every_layer(random_field, tmp_path):
+    """As Keras 3 writes a whole model."""
+    path = export(random_field, "keras", tmp_path, "chrome")
+    with h5py.File(path, "r+") as file:
+        for name in ("dense_1", "dense_2", "dense_3"):
+            layer = file[name]
+            for long, short in zip(layer.attrs["weight_names"], ("kernel", "bias"), strict=True):
+                layer.move(long, short)
+            layer.attrs["weight_names"] = ["kernel", "bias"]
+    assert torch.equal(read_material(path), random_field)
+
+
 def character_set(attribute):
     """Return whether an attribute is ASCII or UTF-8, which decides whether older programs read it as bytes or text."""
     kind = attribute.get_type()
@@ -162,9 +174,10 @@ def test_the_weights_of_a_request(random_field, tmp_path, rows):
     np.save(tmp_path / "weights.npy", weights.numpy())
     (tmp_path / "preview.png").touch()
     for k in range(rows):
-        assert torch.equal(find_material(tmp_path / "weights.npy", str(k)), weights[k])
-    with pytest.raises(NeumatError, match=rf"0 to {rows - 1}; found '{rows}'"):
-        find_material(tmp_path / "weights.npy", str(rows))
+        assert torch.equal(find_material(str(tmp_path / "weights.npy"), str(k)), weights[k])
+    for number in (str(rows), "9" * 5000):  # Python makes no number of so many digits
+        with pytest.raises(NeumatError, match=rf"0 to {rows - 1}; found '{number}'"):
+            find_material(tmp_path / "weights.npy", number)
     for path in (tmp_path / "weights.npy", tmp_path):
         if rows == 1:
             assert torch.equal(read_material(path), random_field)

@@ -60,6 +60,9 @@ def test_a_fit_that_has_not_converged_is_named_and_trains_nothing(tmp_path, mani
     train, _ = protocol_indices(rows, "parity")
     kept = training_indices(fitted, rows, "parity")
     assert set(train) - set(kept) == set(train) & set(range(6, 12)) and set(kept) < set(train)
+    fitted.fits["converged"][:] = False
+    with pytest.raises(NeumatError, match="at least 2 whose fits have converged; found 0"):
+        training_indices(fitted, rows, "parity")
 
 
 @pytest.mark.parametrize("change", [{"weights": np.nan}, {"loss_grid": np.inf}, {"loss_uniform": np.nan}])

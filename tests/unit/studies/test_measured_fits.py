@@ -118,6 +118,13 @@ def test_a_folder_that_cannot_be_split_is_refused_before_anything_runs(names, tm
     assert "\n" not in str(caught.value)
 
 
+def test_the_case_of_an_ending_does_not_matter(tmp_path):
+    names = ["a.BSDF", "b.binary"]
+    for name in names:
+        (tmp_path / name).touch()
+    assert [path.name for path in fit_files({"measured": str(tmp_path)})] == names
+
+
 def test_nothing_is_named_without_a_folder():
     assert fit_files({"measured": None}) == []
 
