@@ -4,7 +4,7 @@ import h5py
 import numpy as np
 import torch
 
-from neumat.errors import NeumatError
+from neumat.files import reading
 from neumat.render.sphere import render_fields
 from neumat.render.tables import render_combinations, table_matrix
 from neumat.reporting.style import figure, save_figure
@@ -19,12 +19,9 @@ def sample_pictures(paths, count, sources, frozen):
     """
     looked_up, pictures = {}, []
     for path in paths:
-        try:
-            with h5py.File(path) as file:
-                samples, kind = torch.from_numpy(file["samples"][:count]), file.attrs["kind"]
-                stride = int(file.attrs["stride"])
-        except (OSError, KeyError) as error:
-            raise NeumatError(path, "a file of samples (HDF5)", error) from error
+        with reading(path, "a file of samples (HDF5)"), h5py.File(path) as file:
+            samples, kind = torch.from_numpy(file["samples"][:count]), file.attrs["kind"]
+            stride = int(file.attrs["stride"])
         if kind == "weights":
             pictures.append(render_fields(frozen, samples))
             continue
