@@ -6,6 +6,7 @@
 import copy
 import json
 import math
+import os
 import sys
 from pathlib import Path
 
@@ -52,6 +53,8 @@ def load_scene(path, schema):
         layout = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
         raise NeumatError(path, "a scene's YAML file", cause(path, error)) from error
+    except RecursionError as error:
+        raise NeumatError(path, "a scene's YAML file", "lists within lists, too deep to read") from error
     except (ValueError, yaml.YAMLError) as error:  # ValueError: bytes that are no text, dates that are none
         raise NeumatError(path, "a scene's YAML file", " ".join(str(error).split())) from error
     layout = load(layout, schema, path)
@@ -77,7 +80,7 @@ def source_files(sources):
             raise NeumatError("config key sources.kind", "merl or rgl, the kind of files in sources.folder", "embedded")
         return {}
     folder, suffix = sources["folder"], SUFFIXES[sources["kind"]]
-    if folder is None or not (url or Path(folder).is_dir()):
+    if folder is None or not (url or os.path.isdir(folder)):
         raise NeumatError("config key sources.folder", f"a folder of {suffix} files", folder or "none")
     return {} if url else measured_files(folder, suffix)
 

@@ -82,7 +82,7 @@ def check(options, asked):
         0.0 if options.guidance is None else options.guidance,
         1 if options.candidates is None else options.candidates,
     )
-    there = next(path for path in (options.output, *options.output.absolute().parents) if path.exists())
+    there = next(path for path in (options.output, *options.output.absolute().parents) if os.path.exists(path))
     if not there.is_dir():
         raise NeumatError("--output", "a folder, or a name for a new one", f"a file, {there}")
     if not os.access(there, os.W_OK):

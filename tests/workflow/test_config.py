@@ -62,6 +62,7 @@ def test_names_of_shapes_textures_and_lights_are_those_of_the_code():
     ("text", "words"),
     [
         ("light: [", "a scene's YAML file"),
+        ("[" * 5000, "too deep to read"),
         ("light: sun", "camera: expected the key at"),
         (
             "{light: moon, camera: {at: [0, 0, 1], towards: [0, 0, 0]}, objects: {a: {shape: knot, materials: [x]}}}",

@@ -53,3 +53,8 @@ def test_a_folder_says_which_file_to_rename(tmp_path):
     (tmp_path / "steel@rbg.bsdf").rename(tmp_path / "steel.v1.bsdf")
     (tmp_path / "002.BSDF").touch()
     assert list(measured_files(tmp_path, ".bsdf")) == ["002", "steel.v1"]
+
+
+def test_a_folder_whose_path_is_too_long_is_none():
+    with pytest.raises(NeumatError, match="no such folder"):
+        measured_files("x" * 5000, ".bsdf")
