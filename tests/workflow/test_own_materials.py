@@ -18,7 +18,7 @@ from neumat.tables import read_table
 # As small as `all` gets: a job of each rule.
 TINY = """
 augment: {blends: 2}
-fit: {first_samples: 100000, samples: 24000, polish: {samples: 10000}}
+fit: {materials_per_job: 12, first_samples: 100000, samples: 24000, polish: {samples: 10000}}
 evaluate: {methods: [copies], set_size: 4, entries: 64, bootstrap: 5, folds: [3, 4]}
 render: {verify_samples: 1}
 conditional: {images: 1, guidances: [1.0], samples: 2}
