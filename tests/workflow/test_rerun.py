@@ -53,7 +53,10 @@ def test_cores_and_threads_rerun_nothing(smoke, arguments):
         ("render: {grid_rows: 1}", {"grid", "run_table"}),
         ("scenes: {samples: 16}", {"scene", "run_table"}),
         ("scenes: {tolerance: 0.08}", {"chart_models", "run_table"}),
-        ("constrained: {rules: {mirror_width: 0.1}}", CONSTRAINED | ON_DEMAND | {"tune", "categories", "run_table"}),
+        (
+            "constrained: {rules: {mirror_width: 0.1}}",
+            CONSTRAINED | ON_DEMAND | {"tune", "categories", "physics", "run_table"},
+        ),
     ],
 )
 def test_a_changed_key_reruns_its_stage_and_what_follows(smoke, tmp_path, overlay, rules):
