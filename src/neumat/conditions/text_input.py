@@ -32,16 +32,16 @@ def readable_text(text, encoder):
     """
     check_text(text)
     plain = "".join(" " if _is_sign(letter) else letter for letter in text)
-    read = _without(plain, _unknown(plain, encoder))
+    known = _without(plain, _unknown(plain, encoder))
+    pieces = encoder.pieces(known)
+    read = known[: pieces[encoder.longest - 1][1]] if len(pieces) > encoder.longest else known
     if not any(letter.isalnum() for letter in read):
         raise NeumatError("text", "words that the encoder can read (English)", f"{text[:40]!r}")
-    lost = sorted({letter for letter in plain if letter.isalnum()} - set(read))
+    lost = sorted({letter for letter in plain if letter.isalnum()} - set(known))
     if lost:
         logging.warning("text %.40r: %s can't be read, and is left out", text, ", ".join(lost[:10]))
-    pieces = encoder.pieces(read)
-    if len(pieces) > encoder.longest:
+    if read != known:
         logging.warning("text %.40r: only its first %d word pieces are read, of %d", text, encoder.longest, len(pieces))
-        read = read[: pieces[encoder.longest - 1][1]]
     if negated := NEGATIONS.search(read):
         logging.warning("text %.40r: %r may not be understood: say what it is instead", text, negated[0])
     return read

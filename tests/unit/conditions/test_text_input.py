@@ -76,6 +76,11 @@ def test_the_limit_counts_word_pieces_and_a_cut_is_told():
         assert found == kept.strip() and len(told) == 1 and "first 8 word pieces are read" in told[0]
 
 
+def test_a_text_of_which_only_signs_are_within_the_limit_is_refused():
+    with pytest.raises(NeumatError, match="words that the encoder can read"):
+        read(": " * 8 + "red")
+
+
 @pytest.mark.parametrize("text", ["not red", "metal, NOT shiny", "isn't red", "a metal without red", "no plastic"])
 def test_negations_are_told(text):
     assert any("may not be understood" in line for line in read(text)[1])
