@@ -5,6 +5,7 @@ from neumat.errors import NeumatError
 from neumat.fields.layout import SIZE
 from neumat.generative.base import Dataset
 from neumat.generative.conditional import MODALITIES, ConditionalDiffusion, Tuning, _given, _members
+from neumat.generative.orders import OrderOfRequest
 from neumat.generative.registry import make
 
 N = 64
@@ -79,6 +80,15 @@ def test_requests_choose_the_order_of_the_channels(coloured, modality):
     for k, channel in ((0, 0), (1, 2)):
         brightest = coloured.draw(60, 2, {modality: one_hot(k, 8)})[:, -3:].argmax(1)
         assert (brightest == channel).float().mean() > 0.9
+
+
+def test_the_order_of_the_channels_is_learnt_in_single_precision(data, coloured, monkeypatch):
+    """In bfloat16 a material's six orders get nearly the same logits."""
+    seen, plain = [], OrderOfRequest.forward
+    monkeypatch.setattr(coloured.base, "precision", "bfloat16")
+    monkeypatch.setattr(OrderOfRequest, "forward", lambda *given: seen.append(plain(*given)) or seen[-1])
+    ConditionalDiffusion(coloured.base, Tuning(steps=2, batch=8), {}, {}).fit(*data, seed=1)
+    assert {logits.dtype for logits in seen} == {torch.float32} and len(seen) == 2
 
 
 def test_types_and_categories_leave_the_order_of_the_channels_open(coloured):
