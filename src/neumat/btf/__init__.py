@@ -1,0 +1,1 @@
+"""Measured and captured BTFs: surfaces, capture, files, representations, synthesis."""
