@@ -1,0 +1,7 @@
+"""Synthesis by example: endless planes of features from a small one, under one contract (`base.Synthesis`)."""
+
+from neumat.btf.synthesis.histogram import Histogram
+from neumat.btf.synthesis.linear import Linear
+from neumat.btf.synthesis.tiling import Tiling
+
+SYNTHESES = {"tiling": Tiling, "linear": Linear, "histogram": Histogram}
