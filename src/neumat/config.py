@@ -36,7 +36,11 @@ def load(config, schema, what="config"):
 
     Raises NeumatError naming the first wrong key of `what`.
     """
-    schema = json.loads(Path(schema).read_text(encoding="utf-8"))
+    return _checked(config, json.loads(Path(schema).read_text(encoding="utf-8")), what)
+
+
+def _checked(config, schema, what):
+    """Return `config` with the defaults of `schema`, its JSON read, filled in; as `load`."""
     config = _fill(config, schema)
     errors = sorted(Validator(schema).iter_errors(config), key=lambda error: error.json_path)
     if errors:
@@ -49,20 +53,43 @@ def load_scene(path, schema):
 
     Raises NeumatError for a missing file, one that is no YAML, and the first wrong key or number of masks.
     """
-    try:
-        layout = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise NeumatError(path, "a scene's YAML file", cause(path, error)) from error
-    except RecursionError as error:
-        raise NeumatError(path, "a scene's YAML file", "lists within lists, too deep to read") from error
-    except (ValueError, yaml.YAMLError) as error:  # ValueError: bytes that are no text, dates that are none
-        raise NeumatError(path, "a scene's YAML file", " ".join(str(error).split())) from error
-    layout = load(layout, schema, path)
+    layout = load(_read_yaml(path, "a scene's YAML file"), schema, path)
     for name, item in layout["objects"].items():
         expected, found = len(item["materials"]) - 1, len(item["masks"])
         if found != expected:
             raise NeumatError(f"{path}: key objects.{name}.masks", f"{expected}, one less than materials", found)
     return layout
+
+
+def load_surface(path, schema):
+    """Return the config of a surface's YAML file with the defaults of `schema` (a path) and of its process filled in,
+    checked.
+
+    Raises NeumatError for a missing file, one that is no YAML, the first wrong key, and a material that is neither an
+    embedded one nor a file.
+    """
+    config = _read_yaml(path, "a surface's YAML file")
+    schema = json.loads(Path(schema).read_text(encoding="utf-8"))
+    process = config.get("process") if isinstance(config, dict) else None
+    if isinstance(process, str) and process in schema["$defs"]:
+        schema["properties"] |= schema["$defs"][process]["properties"]
+    config = _checked(config, schema, path)
+    for name in config["materials"]:
+        if name not in merl_checksums() and not Path(name).is_file():
+            raise NeumatError(f"{path}: key materials", "names of embedded materials, or files", repr(name))
+    return config
+
+
+def _read_yaml(path, what):
+    """Return what a YAML file holds; raises NeumatError, which says that it should be `what`."""
+    try:
+        return yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise NeumatError(path, what, cause(path, error)) from error
+    except RecursionError as error:
+        raise NeumatError(path, what, "lists within lists, too deep to read") from error
+    except (ValueError, yaml.YAMLError) as error:  # ValueError: bytes that are no text, dates that are none
+        raise NeumatError(path, what, " ".join(str(error).split())) from error
 
 
 def source_files(sources):
@@ -142,7 +169,8 @@ def expectation(schema):
     text = " or ".join(types)
     if "items" in schema:
         text += f" of {expectation(schema['items'])}"
-        return text + (f", at least {schema['minItems']}" if "minItems" in schema else "")
+        fewest, most = schema.get("minItems", 0), schema.get("maxItems")
+        return text + (f", {fewest} of them" if fewest == most else f", at least {fewest}" if fewest else "")
     signs = {"minimum": ">=", "exclusiveMinimum": ">", "maximum": "<=", "exclusiveMaximum": "<"}
     bounds = [f"{sign} {schema[key]}" for key, sign in signs.items() if key in schema]
     return " ".join([text, " and ".join(bounds)]).strip()
