@@ -1,0 +1,1 @@
+"""Representations of BTFs, under one contract (`base.Representation`)."""

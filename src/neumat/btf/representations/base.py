@@ -1,0 +1,78 @@
+"""The contract of a representation: a BTF compressed into features of positions and a function of directions."""
+
+import abc
+import json
+from dataclasses import asdict, dataclass, fields
+
+import torch
+
+from neumat.errors import NeumatError
+from neumat.generative.base import read_checkpoint, write_checkpoint
+
+SCHEMA = "1"
+
+
+@dataclass(kw_only=True)
+class Representation(abc.ABC):
+    """One method. Its dataclass fields are its hyperparameters; what `fit` learns is a dict of tensors, `state`."""
+
+    def fit(self, store, seed, progress=iter):
+        """Learn the BTF in the BtfStore `store` and return self. `progress` wraps the range of steps.
+
+        Raises NeumatError for a store that the method can't use, and for values that are not finite.
+        """
+        self.size = store.height, store.width
+        self.state = self._fit(store, seed, progress)
+        return self
+
+    @torch.no_grad()
+    def eval(self, features, light, view):
+        """Return the values (n, 3), 1/sr, with the cosine of the light where the store's have it.
+
+        features (n, c): rows of `positional()`, or what synthesis made of them. light, view: unit vectors (n, 3) or
+        (1, 3). Finite and not negative; 0 where light or view is at or below the horizon.
+        """
+        light, view = light.to(features.dtype), view.to(features.dtype)
+        above = (light[:, 2:] > 0) & (view[:, 2:] > 0)
+        return torch.where(above, self._eval(features, light, view).clamp_min(0), 0)
+
+    def picture(self, light, view):
+        """Return the values (H, W, 3) at all texels for one pair of unit vectors (3,)."""
+        return self.eval(self.positional().flatten(0, 1), light[None], view[None]).view(*self.size, 3)
+
+    @property
+    def bytes(self):
+        """The number of bytes of all that is stored."""
+        return sum(tensor.numel() * tensor.element_size() for tensor in self.state.values())
+
+    @abc.abstractmethod
+    def positional(self):
+        """Return the plane (H, W, c) float32 that synthesis works on."""
+
+    @abc.abstractmethod
+    def _fit(self, store, seed, progress): ...
+
+    @abc.abstractmethod
+    def _eval(self, features, light, view): ...
+
+    def save(self, path):
+        """Write the representation as safetensors, its class and config as JSON in the metadata."""
+        metadata = {"schema": SCHEMA, "model": type(self).__name__, "config": json.dumps(asdict(self))}
+        write_checkpoint(path, metadata | {"size": json.dumps(self.size)}, self.state)
+
+    @classmethod
+    def load(cls, path):
+        """Read what `save` wrote. Raises NeumatError for another file, class or schema version."""
+        metadata, state = read_checkpoint(path, "a saved representation", SCHEMA, cls.__name__)
+        loaded = cls(**json.loads(metadata["config"]))
+        loaded.state, loaded.size = state, tuple(json.loads(metadata["size"]))
+        return loaded
+
+    @classmethod
+    def from_config(cls, config):
+        """Return a representation with these hyperparameters (dict). Raises NeumatError for an unknown one."""
+        known = [field.name for field in fields(cls)]
+        for key in config:
+            if key not in known:
+                raise NeumatError(cls.__name__, f"one of {', '.join(known) or 'no hyperparameters'}", key)
+        return cls(**config)

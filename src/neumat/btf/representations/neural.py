@@ -1,0 +1,155 @@
+"""Neural representations: planes of features and a small network (Xu et al. 2024, equations 4 and 8)."""
+
+from dataclasses import dataclass
+
+import torch
+
+from neumat.btf.directions import concentric_square, half_difference, paper_half_difference
+from neumat.btf.exposure import exposure
+from neumat.btf.representations.angular import gather, nodes
+from neumat.btf.representations.base import Representation
+from neumat.btf.representations.batches import batches, rows_of_pairs
+from neumat.btf.representations.encoding import Encoding
+from neumat.btf.representations.network import forward
+from neumat.btf.representations.training import train
+from neumat.btf.store import BtfStore
+from neumat.seeds import torch_generator
+
+BLOCK = 1 << 14  # of values evaluated at a time
+
+
+@dataclass(kw_only=True)
+class Neural(Representation):
+    """A plane of positions, planes of directions, and a network without biases on top of their features.
+
+    channels: of the plane of positions. side, features: nodes along a side and channels of each plane of directions.
+    width, hidden: units in a hidden layer, and hidden layers. curve: of the `Encoding` that the network answers in.
+    loss: one of `network.LOSSES`. samples: values that training visits. rate, texel_rate: the highest learning rates of
+    network and planes of directions, and of the plane of positions. Planes are stored as float16, the network as
+    float32.
+    """
+
+    channels: int = 8
+    side: int = 32
+    features: int = 8
+    width: int = 32
+    hidden: int = 3
+    curve: float = 24.0
+    loss: str = "l1"
+    samples: int = 150_000_000
+    rate: float = 3e-3
+    texel_rate: float = 1e-2
+
+    def parametrise(self, light, view):
+        """Return ([position (p, 2) on each plane of directions], extra inputs (e, p)) of light, view (p, 3)."""
+        raise NotImplementedError
+
+    def positional(self):
+        """Return the plane (H, W, channels) float32."""
+        return self.state["positional"].float()
+
+    def _fit(self, store, seed, progress):
+        return self._train(store, Encoding(exposure(store), self.curve), seed, progress)
+
+    def _train(self, store, encoding, seed, progress):
+        """Return the state fitted to a store."""
+        brightest = 0.0
+
+        def encode(values):
+            nonlocal brightest
+            encoded = encoding.checked(values)
+            brightest = max(brightest, encoded.max().item())
+            return encoded
+
+        source = batches(store, encode, torch_generator(seed, "batches"))
+        plane, angular, layers = train(self, self.parametrise, source, rows_of_pairs(store), seed, progress)
+        state = {
+            "positional": plane.flatten(1).T.reshape(store.height, store.width, -1).half(),
+            "angular": angular.half(),
+            "encoding": Encoding(encoding.exposure, encoding.curve, brightest).tensor(),
+        }
+        return state | {f"layer{k}": layer for k, layer in enumerate(layers)}
+
+    def _eval(self, features, light, view):
+        angular = self._angular(light, view)
+        layers = self._layers()
+        encoding = Encoding(*self.state["encoding"].tolist())
+        found = torch.empty(len(features), 3)
+        for start in range(0, len(features), BLOCK):
+            part = slice(start, start + BLOCK)
+            shared = angular if angular.shape[1] == 1 else angular[:, part]
+            first = layers[0][:, : self.channels]
+            found[part] = encoding.decode(forward(first, layers[1:], features[part].T, shared).T)
+        return found
+
+    def _layers(self):
+        """Return the network's matrices."""
+        return [self.state[f"layer{k}"] for k in range(self.hidden + 1)]
+
+    def _angular(self, light, view):
+        """Return what pairs of directions (n or 1, 3) add to the first layer, (width, n or 1)."""
+        light, view = torch.broadcast_tensors(light, view)
+        positions, extras = self.parametrise(light, view)
+        planes = zip(self.state["angular"].float(), positions, strict=True)
+        inputs = torch.cat([*(gather(plane, *nodes(position, self.side)) for plane, position in planes), extras])
+        return self._layers()[0][:, self.channels :] @ inputs
+
+
+@dataclass(kw_only=True)
+class TriplePlane(Neural):
+    """The paper's: theta and phi of h and d (Rusinkiewicz) as texture coordinates, nothing else, L1 loss."""
+
+    curve: float = 1.0
+
+    def parametrise(self, light, view):
+        angles = torch.stack(paper_half_difference(light, view)).view(2, 2, -1)
+        scale, offset = torch.tensor([[[2 / torch.pi], [0.5 / torch.pi]], [[0.0], [0.5]]])
+        return list((angles * scale + offset).mT), light.new_empty(0, len(light))
+
+
+@dataclass(kw_only=True)
+class Ours(Neural):
+    """A triple plane without seams: h and d by the concentric square; light and view are inputs of the network too."""
+
+    def parametrise(self, light, view):
+        h, d = half_difference(light, view)
+        extras = torch.cat([light, view, torch.ones_like(light[:, :1])], 1).T
+        return [concentric_square(h), concentric_square(d)], extras
+
+
+@dataclass(kw_only=True)
+class Mean(Neural):
+    """One value for the whole patch, a BRDF: the null that other representations have to beat.
+
+    Fitted as `Ours` is, without a plane of positions, to the mean of all texels that see a pair of directions.
+    """
+
+    channels: int = 0
+    loss: str = "l2"
+    samples: int = 4_000_000
+
+    parametrise = Ours.parametrise
+
+    def positional(self):
+        """Return a plane (H, W, 1) of zeros: nothing depends on it."""
+        return torch.zeros(*self.size, 1)
+
+    def _fit(self, store, seed, progress):
+        return self._train(means(store), Encoding(exposure(store), self.curve), seed, progress)
+
+    def _eval(self, features, light, view):
+        return super()._eval(features[:, :0], light, view)
+
+
+def means(store):
+    """Return a BtfStore (s, 1, p) of the means over all texels that see the same pair of directions.
+
+    Pairs of all sweeps are put together, 1024 to a sweep where there are so many; the rest is left out.
+    """
+    order = torch.arange(store.sweeps)
+    values = [store.values(index[None]).float().view(-1, store.pairs, 3).mean(0) for index in order]
+    tables = torch.cat(values), store.light.flatten(0, 1), store.view.flatten(0, 1)
+    pairs = min(1024, len(tables[0]))
+    sweeps = len(tables[0]) // pairs
+    mean, light, view = (table[: sweeps * pairs].view(sweeps, pairs, 3) for table in tables)
+    return BtfStore.from_arrays(mean[:, None], light, view)

@@ -1,0 +1,33 @@
+"""Every representation by the name that configs, files and tables use."""
+
+from safetensors import safe_open
+
+from neumat.btf.representations.neural import Mean, Ours, TriplePlane
+from neumat.errors import NeumatError
+from neumat.files import reading
+
+REPRESENTATIONS = {
+    "ours": Ours,
+    "triple-plane": TriplePlane,
+    "mean": Mean,
+}
+
+
+def make(name, config=None):
+    """Return the unfitted representation `name` with the hyperparameters `config` (dict) in place of its defaults.
+
+    Raises NeumatError for an unknown name or hyperparameter.
+    """
+    if name not in REPRESENTATIONS:
+        raise NeumatError("representation", f"one of {', '.join(REPRESENTATIONS)}", name)
+    return REPRESENTATIONS[name].from_config(config or {})
+
+
+def load_representation(path):
+    """Return the representation in a file that its `save` wrote, whichever it is; raises NeumatError for another."""
+    with reading(path, "a saved representation"), safe_open(path, "pt") as file:
+        model = (file.metadata() or {}).get("model")
+    classes = {each.__name__: each for each in REPRESENTATIONS.values()}
+    if model not in classes:
+        raise NeumatError(path, f"a saved representation: one of {', '.join(classes)}", model)
+    return classes[model].load(path)

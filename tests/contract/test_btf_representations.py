@@ -1,0 +1,119 @@
+"""What every representation of BTFs promises, over the whole registry."""
+
+import math
+
+import pytest
+import torch
+
+from neumat.btf.directions import random_pairs, spherical
+from neumat.btf.representations.registry import REPRESENTATIONS, load_representation, make
+from neumat.btf.store import BtfStore
+from neumat.errors import NeumatError
+from neumat.seeds import torch_generator
+
+SIDE = 8
+QUICK = {"samples": 20_000}
+NAMES = sorted(REPRESENTATIONS)
+
+
+def lambertian(albedo, light):
+    """Return the values (s, SIDE, SIDE, 3) of a flat Lambertian surface: albedo (SIDE, SIDE, 3), light (s, p, 3)."""
+    cosine = light[:, :, 2].repeat(1, SIDE * SIDE // light.shape[1]).view(-1, SIDE, SIDE, 1)
+    return albedo / math.pi * cosine
+
+
+def store_of(function, sweeps=64, pairs=64):
+    light, view = (each.view(sweeps, pairs, 3) for each in random_pairs(sweeps * pairs, torch_generator(0, "toy")))
+    return BtfStore.from_arrays(function(light), light, view, kind="queries" if pairs > 1 else "pictures")
+
+
+@pytest.fixture(scope="module")
+def albedo():
+    return torch.rand(SIDE, SIDE, 3, generator=torch_generator(0, "albedo")) * 0.6 + 0.2
+
+
+@pytest.fixture(scope="module")
+def store(albedo):
+    return store_of(lambda light: lambertian(albedo, light))
+
+
+@pytest.fixture(scope="module", params=NAMES)
+def fitted(request, store):
+    return make(request.param, QUICK).fit(store, seed=3)
+
+
+def test_evaluates_one_pair_for_all_and_a_pair_each(fitted):
+    features = fitted.positional().flatten(0, 1)
+    light, view = spherical(torch.tensor([[0.3], [0.5]]), torch.tensor([[1.0], [2.0]]))
+    shared = fitted.eval(features, light, view)
+    assert shared.shape == (SIDE * SIDE, 3)
+    each = fitted.eval(features, light.expand(len(features), 3), view.expand(len(features), 3))
+    assert torch.allclose(shared, each, rtol=1e-4, atol=1e-6)
+    assert torch.equal(fitted.picture(light[0], view[0]), shared.view(SIDE, SIDE, 3))
+
+
+def test_order_of_queries_changes_nothing(fitted):
+    features = fitted.positional().flatten(0, 1)
+    light, view = random_pairs(len(features), torch_generator(1, "queries"))
+    order = torch.randperm(len(features), generator=torch_generator(1, "order"))
+    found = fitted.eval(features, light, view)
+    assert torch.allclose(fitted.eval(features[order], light[order], view[order]), found[order], rtol=1e-4, atol=1e-6)
+    assert torch.allclose(fitted.eval(features[:5], light[:5], view[:5]), found[:5], rtol=1e-4, atol=1e-6)
+
+
+def test_is_finite_and_not_negative_everywhere(fitted):
+    theta, phi = torch.meshgrid(torch.linspace(0, math.pi, 19), torch.linspace(0, 6.3, 9), indexing="ij")
+    directions = spherical(theta, phi).flatten(0, 1)
+    light, view = directions.repeat(len(directions), 1), directions.repeat_interleave(len(directions), 0)
+    features = fitted.positional().flatten(0, 1)[torch.arange(len(light)) % (SIDE * SIDE)]
+    found = fitted.eval(features * 3, light, view)
+    assert found.isfinite().all() and (found >= 0).all()
+    assert (found[(light[:, 2] <= 0) | (view[:, 2] <= 0)] == 0).all()
+
+
+def test_saves_and_loads_exactly(fitted, tmp_path):
+    path = tmp_path / "saved.safetensors"
+    fitted.save(path)
+    loaded = load_representation(path)
+    light, view = random_pairs(1, torch_generator(2, "pair"))
+    assert loaded == fitted
+    assert torch.equal(loaded.picture(light[0], view[0]), fitted.picture(light[0], view[0]))
+    assert fitted.bytes == loaded.bytes < path.stat().st_size
+
+
+def test_same_seed_same_result(store):
+    for name in NAMES:
+        first, second = (make(name, QUICK).fit(store, seed=5) for _ in range(2))
+        assert all(torch.equal(first.state[key], second.state[key]) for key in first.state)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_fits_a_flat_lambertian_surface(name, albedo):
+    """One colour, so that the mean BRDF can too."""
+    store = store_of(lambda light: lambertian(albedo[:1, :1].expand_as(albedo), light), sweeps=64)
+    fitted = make(name, {"samples": 1_500_000 if name == "mean" else 120_000, "side": 8}).fit(store, seed=1)
+    light, view = random_pairs(32, torch_generator(3, "held out"), math.radians(70))
+    found = torch.stack([fitted.picture(*pair) for pair in zip(light, view, strict=True)])
+    expected = lambertian(albedo[:1, :1].expand_as(albedo), light[:, None])
+    assert (found - expected).abs().mean() < 0.15 * expected.mean()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_refuses_values_that_are_not_finite(name, albedo):
+    def function(light):
+        values = lambertian(albedo, light)
+        values[7, 2, 3, 1] = math.nan
+        return values
+
+    with pytest.raises(NeumatError, match="finite values"):
+        make(name, QUICK).fit(store_of(function), seed=0)
+
+
+def test_refuses_unknown_names_and_files(tmp_path):
+    with pytest.raises(NeumatError, match="one of"):
+        make("quadruple-plane")
+    with pytest.raises(NeumatError, match="one of"):
+        make("ours", {"colour": 1})
+    (tmp_path / "other.safetensors").write_bytes(b"12345678")
+    with pytest.raises(NeumatError, match="saved representation"):
+        load_representation(tmp_path / "other.safetensors")
