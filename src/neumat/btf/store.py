@@ -10,6 +10,7 @@ reflectance, 1/sr, linear RGB, times the cosine of the light where `cosine` is t
 """
 
 import json
+import math
 from dataclasses import dataclass, field
 
 import h5py
@@ -89,14 +90,15 @@ def write_btf(path, light, view, height, width, blocks, **attributes):
     """Write a store to `path`; only one block of values is held at a time.
 
     light, view: (s, p, 3) tensors or arrays; blocks: an iterable of values (..., width, 3), 1/sr, that hold the rows of
-    the sweeps one after the other: whole sweeps, or bands of rows. attributes: those of BtfStore. Values beyond
-    float16's largest are stored as that. Raises NeumatError for directions that are no unit vectors, pairs that don't
-    divide the texels, values that are negative, NaN or infinite, and too few or too many of them.
+    the sweeps one after the other: whole sweeps, or bands of rows; or of (sweep, row, column, values (k, h, w, 3)), in
+    any order, where the first three say where in the store the values begin. attributes: those of BtfStore. Values
+    beyond float16's largest are stored as that. Raises NeumatError for directions that are no unit vectors, pairs that
+    don't divide the texels, values that are negative, NaN or infinite, and too few or too many of them.
     """
     light, view = (torch.as_tensor(directions, dtype=torch.float32) for directions in (light, view))
     store = BtfStore(light, view, height, width, **attributes)
     _check(store, path)
-    rows = store.sweeps * height
+    texels = store.sweeps * height * width
     with atomic_path(path) as temporary, h5py.File(temporary, "w") as file:
         file["light"], file["view"] = light.numpy(), view.numpy()
         data = file.create_dataset("values", (store.sweeps, height, width, 3), np.float16)
@@ -115,33 +117,46 @@ def write_btf(path, light, view, height, width, blocks, **attributes):
         )
         written = 0
         for block in blocks:
-            written += _write_rows(path, data, written, _halves(path, block, width))
-        if written != rows:
-            raise NeumatError(path, f"{rows} rows of values", f"{written}")
+            if isinstance(block, tuple):
+                written += _write_part(path, data, *block)
+            else:
+                written += _write_rows(path, data, written // width, block)
+        if written != texels:
+            raise NeumatError(path, f"{texels} values", f"{written}")
 
 
-def _halves(path, block, width):
-    """Return rows (n, width, 3), float16 array, of a block of values."""
-    block = torch.as_tensor(block)
+def _halves(path, values):
+    """Return values, an array or tensor, as an array of float16."""
+    values = torch.as_tensor(values)
+    if not (values.isfinite() & (values >= 0)).all():
+        raise NeumatError(path, "finite values of at least 0", "negative, NaN or infinite ones")
+    return values.clamp_max(LARGEST).half().numpy()
+
+
+def _write_part(path, data, sweep, row, column, values):
+    """Write values (k, h, w, 3) into the dataset (s, H, W, 3) from there on; return how many texels they are."""
+    places = tuple(slice(first, first + n) for first, n in zip((sweep, row, column), values.shape[:3], strict=True))
+    if any(place.stop > size for place, size in zip(places, data.shape, strict=False)):
+        raise NeumatError(path, f"values within {data.shape[:3]}", f"up to {[place.stop for place in places]}")
+    data[places] = _halves(path, values)
+    return math.prod(values.shape[:3])
+
+
+def _write_rows(path, data, first, block):
+    """Write rows (..., W, 3) into the dataset (s, H, W, 3) from row number `first` of all on, as `_write_part` does."""
+    sweeps, height, width = data.shape[:3]
     if block.shape[-2:] != (width, 3):
         raise NeumatError(path, f"values of shape (..., {width}, 3)", tuple(block.shape))
-    if not (block.isfinite() & (block >= 0)).all():
-        raise NeumatError(path, "finite values of at least 0", "negative, NaN or infinite ones")
-    return block.reshape(-1, width, 3).clamp_max(LARGEST).half().numpy()
-
-
-def _write_rows(path, data, first, rows):
-    """Write rows (n, W, 3) into the dataset (s, H, W, 3) from row number `first` of all on; return n."""
-    sweeps, height = data.shape[:2]
+    rows = _halves(path, block).reshape(-1, width, 3)
     if first + len(rows) > sweeps * height:
-        raise NeumatError(path, f"{sweeps * height} rows of values", "more")
+        raise NeumatError(path, f"{sweeps * height * width} values", "more")
     done = 0
     while done < len(rows):
         sweep, row = divmod(first + done, height)
         count = min(height - row, len(rows) - done)
         data[sweep, row : row + count] = rows[done : done + count]
         done += count
-    return done
+    return done * width
 
 
 def read_btf(path):

@@ -94,10 +94,11 @@ def _scalar_layer(weights, at, n, m, values):
     return (np.array(values) @ kernel + bias).tolist()
 
 
-def table_value(table, wi, wo):
+def table_value(table, wi, wo, number=0):
     """Return f, a Color3f, 1/sr, of a table on the MERL grid in the buffer `table`: R, G, B, and 1 if valid else 0.
 
-    Trilinear, as neumat.brdf.table.Table: where some of the 8 neighbours are invalid, the others share their weight.
+    number: of the table, where the buffer holds several. Trilinear, as neumat.brdf.table.Table: where some of the 8
+    neighbours are invalid, the others share their weight.
     """
     sin_h, cos_h, (x, y, z) = half_difference(wi, wo)
     n_h, n_d, n_p = GRID
@@ -114,20 +115,21 @@ def table_value(table, wi, wo):
     for i, part_h in ((low_h, 1 - share_h), (low_h + 1, share_h)):
         for j, part_d in ((low_d, 1 - share_d), (low_d + 1, share_d)):
             for k, part_p in ((low_p, 1 - share_p), (high_p, share_p)):
-                total += part_h * part_d * part_p * _read4(table, (i * n_d + j) * n_p + k)
+                total += part_h * part_d * part_p * _read4(table, ((number * n_h + i) * n_d + j) * n_p + k)
     return mi.Color3f(total.x, total.y, total.z) / dr.maximum(total.w, 1e-6)
 
 
-def _shares(lobes, wi):
-    """Return the shares of the GGX lobes, a Vector4f, for the view wi."""
+def _shares(lobes, wi, number):
+    """Return the shares of the GGX lobes, a Vector4f, for the view wi; number: of the material in the buffer."""
     at = dr.clip(dr.acos(dr.clip(wi.z, 0.0, 1.0)) * (2 / math.pi) * ANGLES - 0.5, 0.0, ANGLES - 1.0)
     low = mi.UInt32(dr.minimum(at, ANGLES - 2))
-    return dr.lerp(_read4(lobes, low), _read4(lobes, low + 1), at - mi.Float(low))
+    first = number * ANGLES + low
+    return dr.lerp(_read4(lobes, first), _read4(lobes, first + 1), at - mi.Float(low))
 
 
-def lobes_density(lobes, wi, wo):
+def lobes_density(lobes, wi, wo, number=0):
     """Return the density, 1/sr, of `lobes_sample`; see neumat.render.quadrature.ggx_density."""
-    shares = _shares(lobes, wi)
+    shares = _shares(lobes, wi, number)
     both = wi + wo
     h = both / dr.maximum(dr.norm(both), TINY)
     sine2 = h.x * h.x + h.y * h.y
@@ -141,13 +143,13 @@ def lobes_density(lobes, wi, wo):
     return total
 
 
-def lobes_sample(lobes, wi, sample):
+def lobes_sample(lobes, wi, sample, number=0):
     """Return a direction for the view wi, from a point of the unit square; see neumat.render.quadrature.ggx_lobe.
 
     The point's first coordinate also picks the lobe: points that are spread evenly give each lobe its share of them,
     and within a lobe they are still spread evenly.
     """
-    shares = _shares(lobes, wi)
+    shares = _shares(lobes, wi, number)
     start, share, alpha = mi.Float(0.0), shares[0], mi.Float(ALPHAS[0])
     for k in range(1, len(ALPHAS)):
         within = sample.x >= start + share

@@ -53,6 +53,20 @@ def test_blocks_of_any_height_give_the_same_file(tmp_path, arrays, rows):
     assert torch.equal(read_btf(tmp_path / "b.h5").values(range(S)).float(), values)
 
 
+def test_parts_in_any_order_give_the_same_file(tmp_path, arrays):
+    light, view, values = arrays
+    parts = [(k, i, j, values[k : k + 2, i : i + 3, j : j + 5]) for j in (5, 0) for k in (0, 2) for i in (3, 0)]
+    write_btf(tmp_path / "b.h5", light, view, H, W, parts)
+    assert torch.equal(read_btf(tmp_path / "b.h5").values(range(S)).float(), values)
+
+
+@pytest.mark.parametrize(("place", "message"), [((1, 0, 0), "within"), ((0, 0, 4), "within"), ((0, 0, 0), "144")])
+def test_parts_beyond_the_store_and_missing_ones_are_refused(tmp_path, arrays, place, message):
+    light, view, values = arrays
+    with pytest.raises(NeumatError, match=message):
+        write_btf(tmp_path / "b.h5", light, view, H, W, [(*place, values[:, :, :6])])
+
+
 def test_blocks_are_let_go_once_written(tmp_path, arrays):
     light, view, values = arrays
     made = []
@@ -79,8 +93,8 @@ def test_brightest_values_are_cut_to_half_floats_range(tmp_path, arrays):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda a: a.update(values=a["values"][:2]), "18 rows"),
-        (lambda a: a.update(values=[*a["values"], a["values"][0]]), "18 rows"),
+        (lambda a: a.update(values=a["values"][:2]), "144 values"),
+        (lambda a: a.update(values=[*a["values"], a["values"][0]]), "144 values"),
         (lambda a: a.update(values=a["values"][:, :, :7]), "shape"),
         (lambda a: a["values"].mul_(-1), "finite values of at least 0"),
         (lambda a: a["values"].fill_(float("nan")), "finite values of at least 0"),
