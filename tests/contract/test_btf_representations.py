@@ -5,15 +5,20 @@ import math
 import pytest
 import torch
 
-from neumat.btf.directions import random_pairs, spherical
+from neumat.btf.directions import random_pairs, spherical, ubo2003_directions
 from neumat.btf.representations.registry import REPRESENTATIONS, load_representation, make
 from neumat.btf.store import BtfStore
 from neumat.errors import NeumatError
 from neumat.seeds import torch_generator
 
 SIDE = 8
-QUICK = {"samples": 20_000}
 NAMES = sorted(REPRESENTATIONS)
+TABLES = ("pca", "sh")  # which take pictures of a grid of views and lights
+
+
+def make_quick(name, **config):
+    """Return a representation with small planes and little training."""
+    return make(name, {} if name in TABLES else {"samples": 20_000, "side": 8} | config)
 
 
 def lambertian(albedo, light):
@@ -22,9 +27,15 @@ def lambertian(albedo, light):
     return albedo / math.pi * cosine
 
 
-def store_of(function, sweeps=64, pairs=64):
-    light, view = (each.view(sweeps, pairs, 3) for each in random_pairs(sweeps * pairs, torch_generator(0, "toy")))
-    return BtfStore.from_arrays(function(light), light, view, kind="queries" if pairs > 1 else "pictures")
+def store_of(function, name="ours", sweeps=64):
+    """Return a store of `function` of the lights (s, p, 3), of the kind that the representation `name` takes."""
+    if name in TABLES:
+        grid = ubo2003_directions()[::4]
+        view, light = grid.repeat_interleave(len(grid), 0)[:, None], grid.repeat(len(grid), 1)[:, None]
+    else:
+        light, view = (each.view(sweeps, 64, 3) for each in random_pairs(sweeps * 64, torch_generator(0, "toy")))
+    kind = "pictures" if name in TABLES else "queries"
+    return BtfStore.from_arrays(function(light), light, view, kind=kind)
 
 
 @pytest.fixture(scope="module")
@@ -32,14 +43,10 @@ def albedo():
     return torch.rand(SIDE, SIDE, 3, generator=torch_generator(0, "albedo")) * 0.6 + 0.2
 
 
-@pytest.fixture(scope="module")
-def store(albedo):
-    return store_of(lambda light: lambertian(albedo, light))
-
-
 @pytest.fixture(scope="module", params=NAMES)
-def fitted(request, store):
-    return make(request.param, QUICK).fit(store, seed=3)
+def fitted(request, albedo):
+    store = store_of(lambda light: lambertian(albedo, light), request.param)
+    return make_quick(request.param).fit(store, seed=3)
 
 
 def test_evaluates_one_pair_for_all_and_a_pair_each(fitted):
@@ -81,20 +88,22 @@ def test_saves_and_loads_exactly(fitted, tmp_path):
     assert fitted.bytes == loaded.bytes < path.stat().st_size
 
 
-def test_same_seed_same_result(store):
-    for name in NAMES:
-        first, second = (make(name, QUICK).fit(store, seed=5) for _ in range(2))
-        assert all(torch.equal(first.state[key], second.state[key]) for key in first.state)
+@pytest.mark.parametrize("name", NAMES)
+def test_same_seed_same_result(name, albedo):
+    store = store_of(lambda light: lambertian(albedo, light), name)
+    first, second = (make_quick(name).fit(store, seed=5) for _ in range(2))
+    assert all(torch.equal(first.state[key], second.state[key]) for key in first.state)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_fits_a_flat_lambertian_surface(name, albedo):
     """One colour, so that the mean BRDF can too."""
-    store = store_of(lambda light: lambertian(albedo[:1, :1].expand_as(albedo), light), sweeps=64)
-    fitted = make(name, {"samples": 1_500_000 if name == "mean" else 120_000, "side": 8}).fit(store, seed=1)
+    grey = albedo[:1, :1].expand_as(albedo)
+    store = store_of(lambda light: lambertian(grey, light), name)
+    fitted = make_quick(name, samples=1_500_000 if name == "mean" else 120_000).fit(store, seed=1)
     light, view = random_pairs(32, torch_generator(3, "held out"), math.radians(70))
     found = torch.stack([fitted.picture(*pair) for pair in zip(light, view, strict=True)])
-    expected = lambertian(albedo[:1, :1].expand_as(albedo), light[:, None])
+    expected = lambertian(grey, light[:, None])
     assert (found - expected).abs().mean() < 0.15 * expected.mean()
 
 
@@ -106,7 +115,24 @@ def test_refuses_values_that_are_not_finite(name, albedo):
         return values
 
     with pytest.raises(NeumatError, match="finite values"):
-        make(name, QUICK).fit(store_of(function), seed=0)
+        make_quick(name).fit(store_of(function, name), seed=0)
+
+
+@pytest.mark.parametrize("name", sorted(set(NAMES) - set(TABLES)))
+def test_takes_pictures_as_well(name, albedo):
+    store = store_of(lambda light: lambertian(albedo, light), "pca")
+    assert make_quick(name).fit(store, seed=0).picture(*store.light[0], *store.view[0].flatten(1)).shape == albedo.shape
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_refuses_a_store_without_a_grid(name, albedo):
+    queries = store_of(lambda light: lambertian(albedo, light))
+    with pytest.raises(NeumatError, match="pictures"):
+        make(name).fit(queries, seed=0)
+    grid = store_of(lambda light: lambertian(albedo, light), name)
+    rest = BtfStore.from_arrays(grid.values(torch.arange(1, 441)), grid.light[1:], grid.view[1:], kind="pictures")
+    with pytest.raises(NeumatError, match="every view under every light"):
+        make(name).fit(rest, seed=0)
 
 
 def test_refuses_unknown_names_and_files(tmp_path):

@@ -1,8 +1,9 @@
 """The cheapest model of each material that keeps a picture within a limit of mean FLIP on every object."""
 
+from neumat.metrics.flip import flip
 from neumat.scenes.pictures import shown
 from neumat.scenes.replay import queried, replay
-from neumat.scenes.visible import flip, object_errors
+from neumat.scenes.visible import object_errors
 
 
 class Prediction:

@@ -14,6 +14,7 @@ import torch
 
 from neumat.fields.field import Field
 from neumat.fields.layout import SIZE, widths_of
+from neumat.metrics.flip import flip
 from neumat.render.lobes import fit_lobes
 from neumat.render.variant import clock
 from neumat.scenes.choice import Prediction, alone, choose, furthest, limits, upgrade
@@ -24,7 +25,7 @@ from neumat.scenes.models import ANALYTIC, ANALYTIC_SHARE, SMALLER, WIDEST, Mode
 from neumat.scenes.pictures import render, shown
 from neumat.scenes.replay import importance
 from neumat.scenes.trace import coverage, trace
-from neumat.scenes.visible import flip, object_errors
+from neumat.scenes.visible import object_errors
 
 CHOOSING, REPORTING, NOISE = 0, 2, 4  # seeds of pictures; each takes this one and the next
 

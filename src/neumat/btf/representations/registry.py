@@ -2,13 +2,18 @@
 
 from safetensors import safe_open
 
-from neumat.btf.representations.neural import Mean, Ours, TriplePlane
+from neumat.btf.representations.linear import Pca, SphericalHarmonics
+from neumat.btf.representations.variants import Biplane, Mean, NeuMip, Ours, TriplePlane
 from neumat.errors import NeumatError
 from neumat.files import reading
 
 REPRESENTATIONS = {
     "ours": Ours,
     "triple-plane": TriplePlane,
+    "biplane": Biplane,
+    "neumip": NeuMip,
+    "pca": Pca,
+    "sh": SphericalHarmonics,
     "mean": Mean,
 }
 
