@@ -26,9 +26,12 @@ def decode_rgbe(data, largest):
     if end != len(data):
         raise ValueError("more data than pixels")
     exposure = np.prod([float(e) for e in re.findall(rb"^EXPOSURE=\s*([0-9.eE+-]+)\s*$", match["lines"], re.M)])
+    if not 0 < exposure < np.inf:
+        raise ValueError(f"an exposure of {exposure:g}")
     # Exponents are stored plus 128, mantissas times 256; an exponent of 0 means black.
     scale = np.ldexp(np.where(pixels[..., 3:] == 0, 0.0, 1.0), pixels[..., 3:].astype(int) - 136)
-    return (pixels[..., :3] * scale / exposure).astype(np.float32)
+    with np.errstate(over="ignore"):
+        return (pixels[..., :3] * scale / exposure).astype(np.float32)
 
 
 def _pixels(data, at, height, width):
