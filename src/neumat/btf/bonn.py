@@ -54,8 +54,8 @@ def read_bonn(path):
 def _pictures(path, factors, model, first, side):
     """Return the pictures (n, side, side, 3) of a block, rows along +y."""
     rows = slice(first, first + block_size(side))
-    channels = torch.stack([directions[rows] @ texels.T for directions, texels in factors], -1)
-    rgb = DECODERS[model](channels).reshape(-1, side, side, 3).flip(1)
+    channels = [(directions[rows] @ texels.T).reshape(-1, side, side).flip(1) for directions, texels in factors]
+    rgb = DECODERS[model](*channels)
     if not rgb.isfinite().all():
         raise NeumatError(path, "factors whose products are finite", "NaN or infinite values")
     return rgb.clamp_min(0)

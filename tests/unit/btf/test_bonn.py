@@ -128,8 +128,8 @@ EPSILON = 1e-5
 )
 def test_colour_models_by_their_formulas(model, channels, expected):
     torch.testing.assert_close(
-        DECODERS[model](torch.tensor(channels, dtype=torch.float32)[None]),
-        torch.tensor(expected, dtype=torch.float32)[None],
+        DECODERS[model](*torch.tensor(np.array(channels), dtype=torch.float32)),
+        torch.tensor(expected, dtype=torch.float32),
     )
 
 
@@ -137,7 +137,7 @@ def test_colour_models_by_their_formulas(model, channels, expected):
 def test_colour_models_that_are_written_come_back(model):
     rgb = torch.rand(1000, 3, generator=torch.Generator().manual_seed(0)) ** 4
     rgb[0] = 0
-    torch.testing.assert_close(DECODERS[model](ENCODERS[model](rgb)), rgb, rtol=1e-4, atol=1e-6)
+    torch.testing.assert_close(DECODERS[model](*ENCODERS[model](rgb).unbind(-1)), rgb, rtol=1e-4, atol=1e-6)
 
 
 def shaded(side=16, scale=1.0, specular=0.2):
@@ -171,7 +171,7 @@ def test_what_is_written_is_read_and_by_pysmtb_as_well(tmp_path, model, scalar):
 
     meta, data = pysmtb.read_ubo_btf_dfmf(str(path))
     channels = [u.astype(np.float32) @ sv.astype(np.float32).T for u, sv in zip(data.U, data.SxV, strict=True)]
-    theirs = DECODERS[model](torch.from_numpy(np.stack(channels, -1)))
+    theirs = DECODERS[model](*map(torch.from_numpy, channels))
     np.testing.assert_allclose(theirs.reshape(found.shape).clamp_min(0).numpy(), found, rtol=1e-4, atol=1e-6)
     assert (meta.width, meta.height, meta.num_views, meta.num_lights) == (16, 16, 3, 12)
     np.testing.assert_allclose(np.array(meta.views_3d).reshape(3, 3), store.view[::12, 0], atol=1e-6)
