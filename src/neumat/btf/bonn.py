@@ -12,7 +12,7 @@ import torch
 
 from neumat.btf.bonn_header import DFMF, Fields, read_header
 from neumat.btf.colour_models import DECODERS
-from neumat.btf.picture_set import PictureSet, block_size, grid
+from neumat.btf.picture_set import PictureSet, grid
 from neumat.errors import NeumatError
 from neumat.files import reading
 
@@ -43,18 +43,16 @@ def read_bonn(path):
     light, view = grid(header.views, header.lights)
     kind = header.signature.decode().strip("!")
 
-    def blocks():
-        for first in range(0, len(light), block_size(header.width)):
-            yield _pictures(path, factors, model, first, header.width)
+    def read(part):
+        return _pictures(path, factors, model, part, header.width)
 
-    pictures = PictureSet(light, view, header.width, blocks, header.size_mm, 1.0, False, f"{Path(path).name} ({kind})")
+    pictures = PictureSet(light, view, header.width, read, header.size_mm, 1.0, False, f"{Path(path).name} ({kind})")
     return pictures, header.cosine
 
 
-def _pictures(path, factors, model, first, side):
-    """Return the pictures (n, side, side, 3) of a block, rows along +y."""
-    rows = slice(first, first + block_size(side))
-    channels = [(directions[rows] @ texels.T).reshape(-1, side, side).flip(1) for directions, texels in factors]
+def _pictures(path, factors, model, part, side):
+    """Return the pictures (n, side, side, 3) of a slice, rows along +y."""
+    channels = [(directions[part] @ texels.T).reshape(-1, side, side).flip(1) for directions, texels in factors]
     rgb = DECODERS[model](*channels)
     if not rgb.isfinite().all():
         raise NeumatError(path, "factors whose products are finite", "NaN or infinite values")

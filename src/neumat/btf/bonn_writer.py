@@ -10,7 +10,7 @@ import torch
 
 from neumat.btf.bonn_header import DFMF, META
 from neumat.btf.colour_models import ENCODERS
-from neumat.btf.picture_set import block_size
+from neumat.btf.picture_set import blocks
 from neumat.errors import NeumatError
 from neumat.files import atomic_path
 from neumat.seeds import torch_generator
@@ -56,10 +56,8 @@ class _Matrices:
 
     def blocks(self):
         """Yield (slice of rows, channels (3, rows, columns))."""
-        size = block_size(max(self.store.height, self.store.width))
-        for first in range(0, self.rows, size):
-            pictures = self.store.values(self.order[first : first + size]).float().flip(1)
-            rows = slice(first, first + len(pictures))
+        for rows in blocks(self.rows, max(self.store.height, self.store.width)):
+            pictures = self.store.values(self.order[rows]).float().flip(1)
             yield rows, self.encode(pictures).reshape(len(pictures), self.columns, 3).permute(2, 0, 1).contiguous()
 
     def times(self, right):

@@ -16,22 +16,20 @@ LIGHTS = (math.radians(5), math.radians(65))  # theta of those that slopes are f
 class Witness:
     """Gathers means over rings of lights, and the slopes of the surface, from a set of pictures.
 
-    light, view (s, 3): directions of the pictures that `add` is given, from the first on.
+    light, view (s, 3): directions of the pictures; side: theirs, texels.
     """
 
     def __init__(self, light, view, side):
         self.theta = torch.acos(light[:, 2].double().clamp(-1, 1))
-        self.light, self.seen = light, 0
+        self.light = light
         self.means = torch.zeros(len(light), dtype=torch.float64)
         top = (view == view[view[:, 2].argmax()]).all(-1)
         usable = (self.theta > LIGHTS[0]) & (self.theta < LIGHTS[1]) & (view[:, 2] > math.cos(NEAR_NORMAL))
         self.slopes = top & usable
         self.gram, self.projected = torch.zeros(3, 3), torch.zeros(3, side, side)
 
-    def add(self, pictures):
-        """Take the next pictures (n, side, side, 3), as the files hold them, rows along +y."""
-        part = slice(self.seen, self.seen + len(pictures))
-        self.seen += len(pictures)
+    def add(self, part, pictures):
+        """Take the pictures (n, side, side, 3) of a slice, as the files hold them, rows along +y."""
         self.means[part] = pictures.mean((1, 2, 3), dtype=torch.float64)
         chosen = self.slopes[part]
         if chosen.any():

@@ -57,12 +57,11 @@ def read_measured(path, out, cosine=True, rows="down", scale=None, size_mm=None,
     factor = scale * (torch.ones(len(pictures.light)) if cosine else pictures.light[:, 2])
 
     def values():
-        first = 0
-        for block in progress(pictures.blocks()):
+        for part in progress(pictures.blocks()):
+            block = pictures.read(part)
             block = block if rows == "down" else block.flip(1)
-            witness.add(block)
-            yield block * factor[first : first + len(block), None, None, None]
-            first += len(block)
+            witness.add(part, block)
+            yield block * factor[part, None, None, None]
 
     write_btf(
         out,

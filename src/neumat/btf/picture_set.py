@@ -1,6 +1,6 @@
 """A measured BTF as its files give it: pictures at pairs of directions, read block by block."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import torch
@@ -12,20 +12,24 @@ BLOCK = 1 << 23  # texels of the pictures that are held at once
 class PictureSet:
     """Pictures of one surface under every light for every view.
 
-    light, view (s, 3): directions of each picture, view by view; side: of the square pictures, texels; blocks: returns
-    an iterator of pictures (n, side, side, 3) float32, linear RGB, in that order, whose rows run along +y; size_mm: of
-    a side, None where the files don't tell; scale: what a value is multiplied by to get 1/sr; partial: whether views of
-    the standard are missing; source: what was read, a text.
+    light, view (s, 3): directions of each picture, view by view; side: of the square pictures, texels; read: returns
+    the pictures (n, side, side, 3) of a slice, float32, linear RGB, rows along +y; size_mm: of a side, None where the
+    files don't tell; scale: what a value is multiplied by to get 1/sr; partial: whether views of the standard are
+    missing; source: what was read, a text.
     """
 
     light: torch.Tensor
     view: torch.Tensor
     side: int
-    blocks: Callable[[], Iterator[torch.Tensor]]
+    read: Callable[[slice], torch.Tensor]
     size_mm: float | None
     scale: float
     partial: bool
     source: str
+
+    def blocks(self):
+        """Return the slices of pictures to read one after the other."""
+        return blocks(len(self.light), self.side)
 
 
 def grid(views, lights):
@@ -33,6 +37,7 @@ def grid(views, lights):
     return lights.repeat(len(views), 1), views.repeat_interleave(len(lights), 0)
 
 
-def block_size(side):
-    """Return how many pictures of side x side texels a block holds."""
-    return max(1, BLOCK // side**2)
+def blocks(count, side):
+    """Return slices of `count` pictures of side x side texels that memory holds one at a time."""
+    size = max(1, BLOCK // side**2)
+    return [slice(first, min(first + size, count)) for first in range(0, count, size)]

@@ -18,7 +18,7 @@ import torch
 from PIL import Image, UnidentifiedImageError
 
 from neumat.btf.directions import UBO2003, ubo2003_directions
-from neumat.btf.picture_set import PictureSet, block_size, grid
+from neumat.btf.picture_set import PictureSet, grid
 from neumat.btf.rgbe import decode_rgbe
 from neumat.errors import NeumatError
 from neumat.files import reading
@@ -41,7 +41,7 @@ def read_ubo2003(path, gamma=2.2):
     """Return the PictureSet in a folder or a zip. gamma: JPEGs hold linear values to the power of 1 / gamma.
 
     The scale is 1 / pi for JPEGs, whose unit nobody tells, and 1 for HDRs. Raises NeumatError for a set that is missing
-    or damaged, whose names aren't as said, or that lacks a picture; its blocks do for a picture that is no RGB of 8
+    or damaged, whose names aren't as said, or that lacks a picture; its `read` does for a picture that is no RGB of 8
     bits (JPEG) or RGBE (HDR), that isn't square, or is of another size than the first.
     """
     with _opened(path) as files:
@@ -57,17 +57,16 @@ def read_ubo2003(path, gamma=2.2):
         names = [found[number] for number in wanted]
         side = len(_picture(path, names[0], files.read(names[0]), gamma))
 
-    def blocks():
+    def read(part):
         with _opened(path) as files:
-            for first in range(0, len(names), block_size(side)):
-                part = names[first : first + block_size(side)]
-                yield torch.from_numpy(np.stack([_picture(path, name, files.read(name), gamma, side) for name in part]))
+            pictures = [_picture(path, name, files.read(name), gamma, side) for name in names[part]]
+        return torch.from_numpy(np.stack(pictures))
 
     directions = ubo2003_directions()
     return PictureSet(
         *grid(directions[views], directions),
         side,
-        blocks,
+        read,
         size_mm=None,
         scale=1.0 if suffixes == {".hdr"} else JPEG_SCALE,
         partial=len(views) < len(ANGLES),

@@ -62,7 +62,7 @@ def body(model=0, most=9, matrices=None, dtype="<f4", swapped=False):
 def read(path):
     """Return all pictures of a file, rows from the top as they lie in it, and its PictureSet."""
     pictures, _ = read_bonn(path)
-    return torch.cat(list(pictures.blocks())).flip(1).numpy(), pictures
+    return torch.cat([pictures.read(part) for part in pictures.blocks()]).flip(1).numpy(), pictures
 
 
 @pytest.fixture
