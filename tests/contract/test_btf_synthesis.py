@@ -61,7 +61,7 @@ def test_a_cell_and_a_fraction_are_a_position(method):
     assert torch.equal(method.at_cell(cell.long(), u - cell), method.at(u))
 
 
-@pytest.mark.parametrize("far", [-3, 10**5, -(10**5), 10**9, 10**15])
+@pytest.mark.parametrize("far", [-3, 10**5, -(10**5), 10**9, 10**12])
 def test_texels_far_away_are_as_sharp_as_near(method, far):
     if not method.dynamic:
         pytest.skip("stored")

@@ -1,7 +1,8 @@
 import pytest
 import torch
 
-from neumat.btf.synthesis.histogram import Histogram, gaussianise
+from neumat.btf.synthesis.gaussian import gaussianise
+from neumat.btf.synthesis.histogram import Histogram
 from neumat.btf.synthesis.linear import Linear
 from neumat.seeds import torch_generator
 
@@ -40,7 +41,7 @@ def test_a_skewed_histogram_is_kept():
 
 def test_gaussian_values_have_the_ranks_of_the_plane():
     plane = torch.randn(20, 30, 2, generator=torch_generator(5)).exp()
-    gaussian, quantiles = gaussianise(plane)
+    gaussian, quantiles = gaussianise(plane, torch.ones(plane.shape[:2]))
     assert torch.equal(gaussian.flatten(0, 1).argsort(0), plane.flatten(0, 1).argsort(0))
     assert torch.equal(quantiles, plane.flatten(0, 1).sort(0).values)
     assert torch.allclose(gaussian.mean((0, 1)), torch.zeros(2), atol=1e-5)
@@ -50,7 +51,7 @@ def test_gaussian_values_have_the_ranks_of_the_plane():
 def test_equal_values_are_ordered_by_their_surroundings():
     plane = torch.zeros(32, 32, 1)
     plane[:, 16:] = 1
-    gaussian, _ = gaussianise(plane)
+    gaussian, _ = gaussianise(plane, torch.ones(plane.shape[:2]))
     assert gaussian[:, 8].mean() < gaussian[:, 14].mean() < 0 < gaussian[:, 17].mean() < gaussian[:, 23].mean()
 
 

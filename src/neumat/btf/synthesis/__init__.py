@@ -1,7 +1,8 @@
 """Synthesis by example: endless planes of features from a small one, under one contract (`base.Synthesis`)."""
 
+from neumat.btf.synthesis.autocovariance import Autocovariance
 from neumat.btf.synthesis.histogram import Histogram
 from neumat.btf.synthesis.linear import Linear
 from neumat.btf.synthesis.tiling import Tiling
 
-SYNTHESES = {"tiling": Tiling, "linear": Linear, "histogram": Histogram}
+SYNTHESES = {"tiling": Tiling, "linear": Linear, "histogram": Histogram, "autocovariance": Autocovariance}

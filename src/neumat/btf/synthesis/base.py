@@ -7,7 +7,7 @@ import torch
 from neumat.errors import NeumatError
 
 CHUNK = 1 << 14  # queries at a time: what they need stays in a core's cache
-LARGEST = 2.0**52  # beyond, float64 has no fractions
+LARGEST = 2.0**40  # beyond, float64 tells a position to a few texels only, and products of integers may overflow
 
 
 class Synthesis:
@@ -46,14 +46,15 @@ class Synthesis:
         """Return features (n, c), float32, at positions `u` (n, 2), float64.
 
         level: log2 of the texels under a pixel, one number or a tensor (n,); below 0 counts as 0. Where `u` is not
-        finite or beyond 2^52, the features are NaN.
+        finite or beyond 2^40, the features are NaN.
         """
         cell = torch.floor(u)
         return self.at_cell(cell.long(), torch.where(u.abs() < LARGEST, u - cell, torch.nan), level)
 
     @torch.no_grad()
     def at_cell(self, cell, fraction, level=0.0):
-        """Return the features at positions `cell` (n, 2), int64, plus `fraction` (n, 2), float64, in [0, 1)."""
+        """Return the features at positions `cell` (n, 2), int64, within 2^40, plus `fraction` (n, 2), float64,
+        in [0, 1)."""
         level = torch.as_tensor(level, dtype=torch.float32, device=fraction.device).clamp_min(0).expand(len(fraction))
         parts = zip(cell.split(CHUNK), fraction.split(CHUNK), level.split(CHUNK), strict=True)
         rows = [self._between_levels(*part) for part in parts]

@@ -44,6 +44,21 @@ class Grid:
             positions.append(offset + (rest.double() / parts + (first + (number * count >> 16))) / size)
         return torch.stack(positions, -1), weights.float()
 
+    def usage(self, device):
+        """Return how often each texel (H, W) of the exemplar appears, float64 with mean 1: in one that does not tile
+        those near the border appear less than others."""
+        if self.ranges == [(0, size) for size in self.sizes]:
+            return torch.ones(self.sizes[::-1], dtype=torch.float64, device=device)
+        x, y = (torch.arange(1 - size, size, dtype=torch.float64, device=device) / size for size in self.sizes)
+        y = (4 * y)[:, None]
+        x = (7 * x - y) / 2
+        # A patch's barycentric weight is a pyramid; blending counts its square, by and large.
+        kernel = (1 - torch.maximum(torch.maximum(x.abs(), y.abs()), (x + y).abs())).clamp_min(0).square()
+        (left, columns), (top, rows) = self.ranges
+        centres = torch.zeros(self.sizes[::-1], dtype=torch.float64, device=device)
+        centres[top : top + rows, left : left + columns] = 1
+        return usage(centres, kernel)
+
     def _vertices(self, cell, fraction):
         """Return the vertices (x and y (n, 3), int64) round positions, the positions' distances from them in exemplars
         (x and y (n, 3)), and their weights (n, 3)."""
@@ -62,6 +77,16 @@ class Grid:
         from_x, from_y = x[:, None] - columns, y[:, None] - rows
         vertices = column[:, None] + columns, row[:, None] + rows
         return vertices, ((2 * from_x + from_y) / 7, from_y / 4), weights
+
+
+def usage(places, patch):
+    """Return how often each texel (H, W) of an exemplar appears, float64 with mean 1, if it is covered by a `patch`
+    (2 H - 1, 2 W - 1), weights about its centre, whose centre is at each texel with the probability `places` (H, W)."""
+    height, width = places.shape
+    size = (3 * height, 3 * width)
+    sums = torch.fft.irfft2(torch.fft.rfft2(places, size) * torch.fft.rfft2(patch, size), size)
+    sums = sums[height - 1 : 2 * height - 1, width - 1 : 2 * width - 1].clamp_min(0)
+    return sums / sums.mean()
 
 
 def _inside(size, half):
