@@ -188,8 +188,9 @@ class _Zip:
     def read(self, name):
         """Return a file's bytes; raises NeumatError for one that can't be read or is too large once unpacked."""
         member = self.archive.getinfo(name)
-        if member.file_size > min(LARGEST_FILE, LARGEST_RATIO * max(member.compress_size, 1)):
+        packed = member.compress_size  # as much is allocated, whatever the zip holds
+        if packed > LARGEST_FILE or member.file_size > min(LARGEST_FILE, LARGEST_RATIO * max(packed, 1)):
             wanted = f"at most {LARGEST_FILE} bytes, and {LARGEST_RATIO} times their compressed size"
-            raise NeumatError(f"{self.path}: {name}", wanted, f"{member.file_size} from {member.compress_size}")
+            raise NeumatError(f"{self.path}: {name}", wanted, f"{member.file_size} from {packed}")
         with reading(self.path, WHAT):
             return self.archive.read(member)

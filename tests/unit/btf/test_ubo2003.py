@@ -259,10 +259,25 @@ def test_a_zip_bomb_is_not_unpacked(zipped, monkeypatch):
         read_ubo2003(bomb)
 
 
-def test_too_many_and_equal_names_are_refused(zipped, monkeypatch):
+def test_a_size_that_a_zip_cannot_hold_is_refused_before_it_is_allocated(zipped):
+    path = zipped(FILES)
+    data = bytearray(path.read_bytes())
+    at = data.find(b"PK\x01\x02")
+    data[at + 20 : at + 24] = b"\xff\xff\xff\x7f"  # the packed size of the first file
+    path.write_bytes(data)
+    with pytest.raises(NeumatError, match=f"found {len(FILES[name(0, 0)])} from 2147483647"):
+        read_ubo2003(path)
+
+
+def test_too_many_files_and_names_given_twice_are_refused(zipped, monkeypatch):
+    path = zipped(FILES)
+    with zipfile.ZipFile(path, "a") as archive, pytest.warns(UserWarning, match="Duplicate name"):
+        archive.writestr(LAST, b"")
+    with pytest.raises(NeumatError, match="each name once"):
+        read_ubo2003(path)
     monkeypatch.setattr("neumat.btf.ubo2003.MOST_FILES", 100)
-    with pytest.raises(NeumatError, match="at most 100 files; found 162"):
-        read_ubo2003(zipped(FILES))
+    with pytest.raises(NeumatError, match="at most 100 files; found 163"):
+        read_ubo2003(path)
 
 
 def test_a_large_file_is_not_read(folder, monkeypatch):
