@@ -15,6 +15,7 @@ from neumat.render.mitsuba_scene import mitsuba
 
 OFFSET = 2e-5  # sides of the exemplar by which a new ray starts off its facet
 STATE = ("active", "depth", "origin", "direction", "throughput", "total", "met")
+R2 = (0.7548776662466927, 0.5698402909980532)
 LEAST_COSINE = 1e-3  # of a view: rays nearer to the plane than .06 degrees start nearer
 
 
@@ -29,15 +30,6 @@ class Facets:
 
         self.tables = buffer(torch.cat([torch.cat([t.values, t.valid[:, None]], 1) for t in tables]))
         self.lobes = buffer(torch.cat([fit_lobes(table) for table in tables]))
-
-
-def _kronecker(dimensions):
-    """Return the steps (dimensions,) of the sequence k step mod 1 that fills the unit cube evenly (Roberts 2018, The
-    unreasonable effectiveness of quasirandom sequences)."""
-    root = 1.5
-    for _ in range(60):
-        root = (1 + root) ** (1 / (dimensions + 1))
-    return root ** -np.arange(1.0, dimensions + 1)
 
 
 class Gonioreflectometer:
@@ -56,7 +48,6 @@ class Gonioreflectometer:
         self.scene = self._scene(relief)
         vertices = np.stack([relief.heights, relief.slopes_x, relief.slopes_y, relief.materials], -1)
         self.vertices = mi.Float(vertices.astype(np.float32).ravel())
-        self.steps = mi.Float(_kronecker(2 * bounces))
         # What changes from part to part is no constant of the kernel, which would be compiled again.
         self.quads = dr.opaque(mi.UInt32, relief.heights.shape[1] - 1)
         self.step = dr.opaque(mi.Float, relief.step)
@@ -101,7 +92,7 @@ class Gonioreflectometer:
             for array in (light, view)
         )
         key = dr.gather(mi.UInt32, mi.UInt32(np.asarray(keys, np.uint32)), picture)
-        random = _Random(mi, self.steps, key, texel, sample)
+        random = _Random(mi, key, texel, sample, scalar(samples))
         total, met = self._follow(mi.Point2f(mi.Float(column), mi.Float(row)), light, view, random)
         total, met = np.array(total).T.reshape(count, samples, 3), np.array(met).reshape(count, samples)
         mean = total.sum(1) / met.sum(1, dtype=np.float32).clip(1)[:, None]
@@ -112,7 +103,7 @@ class Gonioreflectometer:
         import drjit as dr
 
         mi = self.mi
-        target = (corner + random.point(mi.UInt32(0))) * self.texel
+        target = (corner + random.within_texel()) * self.texel
         distance = self.top / dr.maximum(view.z, LEAST_COSINE)
         count = dr.width(target)
         state = (
@@ -156,7 +147,7 @@ class Gonioreflectometer:
 
         depth = depth + 1
         active = active & (depth < self.bounces)
-        wo = brdf.lobes_sample(lobes, wi, random.point(depth), material)
+        wo = brdf.lobes_sample(lobes, wi, random.direction(depth), material)
         density = brdf.lobes_density(lobes, wi, wo, material)
         onward = frame.to_world(wo)
         active = active & (wo.z > 0) & (density > 0) & (dr.dot(facing, onward) > 0)
@@ -194,21 +185,25 @@ class Gonioreflectometer:
 
 
 class _Random:
-    """Points of the unit square that depend on a key, a texel and a sample, and on nothing else.
+    """Points of the unit square that depend on a key, a texel and the number of a sample, and on nothing else."""
 
-    Each pair of dimensions is a Kronecker sequence over the samples, shifted by what TEA makes of key and texel.
-    """
+    def __init__(self, mi, key, texel, sample, samples):
+        self.mi, self.key, self.texel, self.sample = mi, key, texel, sample
+        self.path = texel * samples + sample
 
-    def __init__(self, mi, steps, key, texel, sample):
-        self.mi, self.steps, self.key, self.texel, self.sample = mi, steps, key, texel, mi.Float(sample)
-
-    def point(self, number):
-        """Return point number `number` (UInt32), below the count of bounces; others are 0."""
+    def within_texel(self):
+        """Return points that the samples of a texel fill evenly: the R2 sequence (Roberts 2018, The unreasonable
+        effectiveness of quasirandom sequences), shifted at random."""
         import drjit as dr
 
-        mi = self.mi
-        active = number < dr.width(self.steps) // 2
-        step = dr.gather(mi.Point2f, self.steps, number, active)
-        first, second = mi.sample_tea_32(self.texel, self.key + number)
-        point = mi.Point2f(mi.Float(first >> 8), mi.Float(second >> 8)) * 2**-24 + self.sample * step
+        point = self._point(self.texel, self.key) + self.mi.Float(self.sample) * self.mi.Point2f(*R2)
         return point - dr.floor(point)
+
+    def direction(self, depth):
+        """Return points, independent ones, for facet number `depth`, UInt32, from 1, of a path."""
+        return self._point(self.path, self.key + depth)
+
+    def _point(self, *numbers):
+        mi = self.mi
+        first, second = mi.sample_tea_32(*numbers)
+        return mi.Point2f(mi.Float(first >> 8), mi.Float(second >> 8)) * 2**-24

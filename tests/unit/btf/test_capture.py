@@ -102,6 +102,12 @@ def test_raised_plane_is_shifted_by_its_height_times_the_tangent(shape, measure)
         assert torch.allclose(found[border + 1 :], torch.tensor(dark), rtol=1e-4)
 
 
+def test_samples_fill_a_texel_evenly(shape, measure):
+    halves = shape(material=lambda x, y: x > 0.6)  # between vertices at .5 and .625, so the border is at .5625
+    found = measure(halves, 4, UP, UP, samples=16)[:, 2] * math.pi
+    assert (found - (0.25 * 1.0 + 0.75 * 0.2)).abs().max() < 0.8 / 16 + 1e-4  # at most one sample amiss
+
+
 def test_picture_of_a_tileable_surface_is_periodic(waves, measure):
     light, view = at(50, 1.0), at(60, 2.0)
     moved = type(waves)(lambda x, y: waves.height(x + 0.5, y), lambda x, y: waves.material(x + 0.5, y))
