@@ -26,8 +26,8 @@ def bricks(points, seed, period, columns, pairs, mortar, unevenness):
     a, b = (corner - across).clamp_min(0), (corner - down).clamp_min(0)
     inside = (corner - (a * a + b * b).sqrt() - 0.5 * mortar + 0.035 * rough) / 0.12
     brick = smoothstep(inside)
-    high, kind = lattice.pair(cells, 0)
-    tilt = lattice.pair(cells, 1) - 0.5
+    (high, kind), tilt = lattice.pairs(cells, [0, 1])
+    tilt = tilt - 0.5
     top = 0.8 + unevenness * (high - 0.5 + tilt[0] * offset[0] + tilt[1] * offset[1]) + 0.06 * rough
     height = 0.12 * rough + brick * (top - 0.12 * rough)
     return height, torch.where(inside > 0.35, torch.where(kind < 0.7, 1, 2), 0)

@@ -9,48 +9,60 @@ import torch
 
 from neumat.btf.hashing import hashed_integers
 
+# The lower cells of a point are those that meet at the corner nearest to it: 2 x 2 of them hold all that is within
+# half a cell, 4 x 4 all within one and a half.
 AROUND = {
-    reach: torch.cartesian_prod(*[torch.arange(-reach, reach + 1)] * 2).T[..., None].contiguous() for reach in (1, 2)
+    reach: torch.cartesian_prod(*[torch.arange(1 - reach, 1 + reach)] * 2).T[..., None].contiguous() for reach in (1, 2)
 }
+CORNERS = torch.tensor([[0, 0, 1, 1], [0, 1, 0, 1]])[..., None]
 
 
 class Lattice:
     """`counts` (x, y) cells per exemplar, integers, drawn from `seed`; `period` in exemplars, None where endless."""
 
     def __init__(self, counts, seed, period):
-        self.counts = torch.tensor(counts, dtype=torch.int64)
+        self.counts = torch.tensor(counts, dtype=torch.int64)[:, None]
         self.seed, self.period = seed, period
 
     def locate(self, points, moved=None):
         """Return the cells (2, n), int64, and the fractions (2, n), 0 to 1, of `points` moved by `moved` (2, n)."""
-        counts = self.counts.double()[:, None]
-        scaled = points * counts
+        scaled = points * self.counts
         cells = scaled.floor()
         fractions = scaled - cells
         if moved is not None:
-            fractions = fractions + moved * counts
+            fractions = fractions + moved * self.counts
             whole = fractions.floor()
             cells, fractions = cells + whole, fractions - whole
         return cells.long(), fractions
 
-    def integers(self, cells, channel=0):
-        """Return the hash (...) of the cells (2, ...): 0 to 2^32 - 1."""
+    def around(self, cells, fractions, reach, spread, channels):
+        """Return the ways (2, k, n), in cells, from points to one random point in each of the cells within `reach` of
+        the nearest corner, and a pair (2, k, n) of random numbers of those cells for each of `channels`, the first of
+        which places the point, at least (1 - spread) / 2 away from the border of its cell."""
+        steps = AROUND[reach] - (fractions < 0.5).long()[:, None]
+        first, *others = self.pairs(cells[:, None] + steps, channels)
+        return steps - fractions[:, None] + (first * spread + 0.5 * (1 - spread)), others
+
+    def pairs(self, cells, channels):
+        """Return two random numbers (2, ...), 0 to 1, of the cells (2, ...) for each of `channels`.
+
+        Where many points share few cells, numbers are drawn for the rectangle that holds all cells, and looked up.
+        """
+        flat = cells.flatten(1)
+        low, high = (bound(1, keepdim=True) for bound in (flat.amin, flat.amax)) if flat.shape[1] else (0, 0)
+        across, down = (high - low + 1).flatten().tolist() if flat.shape[1] else (1, 1)
+        if across * down > flat.shape[1] // 2:
+            return [self._drawn(flat, channel).reshape(cells.shape) for channel in channels]
+        box = torch.cartesian_prod(torch.arange(across), torch.arange(down)).T + low
+        x, y = flat - low
+        index = x * down + y
+        return [self._drawn(box, channel).index_select(1, index).reshape(cells.shape) for channel in channels]
+
+    def _drawn(self, cells, channel):
         if self.period is not None:
-            counts = (self.counts * self.period).reshape(2, *[1] * (cells.ndim - 1))
-            cells = torch.remainder(cells, counts)
-        return hashed_integers(cells.movedim(0, -1), self.seed, channel)
-
-    def pair(self, cells, channel=0):
-        """Return two numbers (2, ...), 0 to 1, of the cells (2, ...)."""
-        integers = self.integers(cells, channel)
+            cells = torch.remainder(cells, self.counts * self.period)
+        integers = hashed_integers(cells.T, self.seed, channel)
         return torch.stack([integers >> 16, integers & 0xFFFF]).double() / 0x10000
-
-    def points_around(self, cells, fractions, reach, spread, channel=0):
-        """Return the cells (2, k, n) within `reach` of each point's own, and the way (2, k, n), in cells, from the
-        point to one random point in each, which keeps (1 - spread) / 2 away from the border of its cell."""
-        around = cells[:, None] + AROUND[reach]
-        jitter = (self.pair(around, channel) - 0.5) * spread + 0.5
-        return around, AROUND[reach] + jitter - fractions[:, None]
 
 
 def noise(points, counts, seed, period, channel=0, moved=None):
@@ -58,10 +70,9 @@ def noise(points, counts, seed, period, channel=0, moved=None):
     lattice = Lattice(counts, seed, period)
     cells, fractions = lattice.locate(points, moved)
     fade = fractions * fractions * fractions * (fractions * (fractions * 6 - 15) + 10)
-    corners = torch.tensor([[0, 0, 1, 1], [0, 1, 0, 1]])[..., None]
-    gradients = lattice.pair(cells[:, None] + corners, channel) * 2 - 1
-    ways = fractions[:, None] - corners
-    low0, low1, high0, high1 = gradients[0] * ways[0] + gradients[1] * ways[1]
+    (gradients,) = lattice.pairs(cells[:, None] + CORNERS, [channel])
+    slopes = (gradients * 2 - 1) * (fractions[:, None] - CORNERS)
+    low0, low1, high0, high1 = slopes[0] + slopes[1]
     low, high = low0 + fade[1] * (low1 - low0), high0 + fade[1] * (high1 - high0)
     return 1.5 * (low + fade[0] * (high - low))
 

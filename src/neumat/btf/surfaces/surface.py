@@ -14,8 +14,8 @@ from neumat.btf.surfaces.wood import wood
 
 # name -> function(points (2, n), seed, period or None, **parameters) -> (height (n,) in any unit, material (n,))
 PROCESSES = {function.__name__: function for function in (leather, weave, stone, wood, metal, bricks)}
-BLOCK = 1 << 12  # points at a time: their neighbours stay in the cache
-SAMPLES = 1 << 17
+BLOCK = 1 << 13  # points at a time: their neighbours stay in the cache
+SAMPLES = 1 << 16
 SIDE = 8  # exemplars along the side of the square in which an endless surface is measured
 OUTSIDE = 0.001  # share of the heights below, and above, what counts as the relief
 
