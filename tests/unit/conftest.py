@@ -7,7 +7,7 @@ import pytest
 import torch
 from torch.nn.functional import interpolate, normalize
 
-from neumat.fields.layout import SIZE
+from neumat.fields.layout import SIZE, unpack
 from neumat.metrics.materials import MaterialSet
 from neumat.seeds import torch_generator
 
@@ -64,6 +64,20 @@ def lambert():
         return fields
 
     return weights
+
+
+@pytest.fixture(scope="session")
+def leaning():
+    """Return a function: share -> weights (675,) with log(1 + f) = .1 (1 - share max(-d_y, 0)): evaluated with phi_d
+    folded, d_y is never negative, and f the same everywhere."""
+
+    def make(share):
+        weights = torch.zeros(SIZE)
+        (w1, _), (w2, _), (w3, b3) = unpack(weights)
+        w1[4, 0], w2[0, 0], w3[0], b3[:] = -1.0, 1.0, -0.1 * share, 0.1
+        return weights
+
+    return make
 
 
 # Highlight: height, 1/sr, and fall of log(1 + f) with sin theta_h; from matte to mirror.

@@ -19,7 +19,7 @@ with stage(snakemake):
     else:
         way, model = "rejection", HyperDiffusion.load(snakemake.input[0])
         model.sampler, model.nfe = sampling["sampler"], sampling["nfe"]
-        sampler = model.sample
+        sampler = model.draw
     accept = InCategory(category, c["rules"])
     seed = seed_for(sampling["seed"], "constrained", category)
     start = time.perf_counter()

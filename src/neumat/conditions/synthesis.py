@@ -14,6 +14,7 @@ from neumat.conditions.projection import Projection
 from neumat.conditions.store import AZIMUTHS, RINGS, SIZE
 from neumat.conditions.text_input import hardly_known, readable_text
 from neumat.errors import NeumatError
+from neumat.generative.anew import served
 from neumat.generative.conditional import ConditionalDiffusion
 from neumat.render.sphere import FrozenSphere, render_fields
 
@@ -75,11 +76,27 @@ class Synthesiser:
         guidance = self.guidance if guidance is None else guidance
         candidates = self.candidates if candidates is None else candidates
         check_numbers(n, guidance, candidates)
-        asked = self.encode(**request)
-        many = n * candidates if TOLD & asked.keys() else n
-        guidance = scale(guidance, asked)
-        weights, drawn = self.model.sample(many, seed, self.embed(asked), guidance, self.start(asked, n, candidates))
-        return self.best(weights[None], asked, n)[0], drawn
+        weights, drawn = self.answers(self.encode(**request), n, seed, guidance, candidates)
+        return weights[0], drawn
+
+    def answers(self, asked, n, seed, guidance, candidates):
+        """Return (weights (r, n, 675) of valid BRDFs, how many were drawn for them) that answer r requests, {modality:
+        rows (r, size), as encoded}. The best of the candidates are mended, see `generative.anew.served`; each that
+        remains no valid BRDF is replaced by the best of candidates of its own."""
+        guidance, candidates = scale(guidance, asked), candidates if TOLD & asked.keys() else 1
+        requests = len(next(iter(asked.values()), [None]))
+
+        def draw(rows, seed, share):
+            first = len(rows) == requests * n
+            of, each = (asked, n) if first else ({name: given[rows // n] for name, given in asked.items()}, 1)
+            begun = self.start(of, each, candidates)
+            repeated = {name: given.repeat_interleave(each * candidates, 0) for name, given in self.embed(of).items()}
+            many = len(rows) * candidates
+            weights, drawn = self.model.candidates(many, seed, repeated, min(guidance, share * guidance), begun)
+            return self.best(weights.view(len(rows) // each, each * candidates, -1), of, each).flatten(0, 1), drawn
+
+        weights, drawn = served(draw, requests * n, seed, f"{requests * n} samples at guidance {guidance:g}")
+        return weights.view(requests, n, -1), drawn
 
     def encode(self, type=None, category=None, text=None, image=None):
         """Return {modality: row (1, size), as encoded} for what is not None.

@@ -131,12 +131,12 @@ def descend(values, directions, start, config, seed, widths=WIDTHS, progress=ite
     return start
 
 
-def train(values, directions, start, config, optimiser, seed, widths=WIDTHS, progress=iter):
+def train(values, directions, start, config, optimiser, seed, widths=WIDTHS, progress=iter, mirrored=MIRRORED):
     """Return the trained weights (K, size) from `start` (K, size).
 
-    values: (V, k, 3) float16, 1/sr, of k materials; field i is trained on material i modulo k. config: samples,
-    batch_size, highlight_share, learning_rate, schedule, precision. optimiser: one for a layer's matrix, see
-    `fields.optimisers`. `progress` wraps the range of steps.
+    values: (V, k, 3), 1/sr, of k materials; field i is trained on material i modulo k. config: samples, batch_size,
+    highlight_share, learning_rate, schedule, precision. optimiser: one for a layer's matrix, see `fields.optimisers`.
+    `progress` wraps the range of steps. mirrored: the share of a batch that is mirrored, its end, see `training_order`.
     """
     dtype = getattr(torch, config["precision"])
     order = training_order(directions, config, seed)
@@ -144,10 +144,10 @@ def train(values, directions, start, config, optimiser, seed, widths=WIDTHS, pro
     parameters = [layer[:, :-1] for layer in layers]
     optimisers = [optimiser(parameter) for parameter in parameters]
     shape, materials = (len(start), 3, config["batch_size"]), torch.arange(len(start)) % values.shape[1]
-    steps, mirrored = len(order), math.ceil(MIRRORED * config["batch_size"])
+    steps, plain = len(order), math.floor((1 - mirrored) * config["batch_size"])
     for step in progress(range(steps)):
         batch = directions.rows.index_select(0, order[step])
-        batch[-mirrored:, 3:5].neg_()
+        batch[plain:, 3:5].neg_()
         inputs, cosine = batch[:, :-1].to(dtype), batch[:, -1].contiguous()
         reflected = values.index_select(0, order[step]).index_select(1, materials).flatten(1).T.float()
         target = reflected.mul_(cosine).log1p_().view(shape)

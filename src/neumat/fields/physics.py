@@ -5,13 +5,12 @@ import math
 
 import numpy as np
 import pandas as pd
-import torch
 
 from neumat.brdf.coordinates import half_difference, rusinkiewicz
 from neumat.brdf.validity import directional_albedo
 from neumat.fields.field import evaluate_inputs
+from neumat.fields.mirrored import LIMIT, random_pairs, unfolded_error
 from neumat.fields.validity import directional_albedos
-from neumat.seeds import torch_generator
 
 EVEN = 8  # angles of the light, at equal steps of sin^2: the mean of their albedos is the hemispherical albedo
 GRAZING = (80, 85, 89.9)  # degrees; some fields create energy beyond 85 only
@@ -20,7 +19,6 @@ ANGLES = (
     *(math.radians(angle) for angle in GRAZING),
 )
 PAIRS = 512  # of random directions, at which reciprocity is measured
-UNFOLDED_PAIRS = 8192
 RESOLUTION = 64  # of the quadrature of a single material, along both half angles
 
 
@@ -50,40 +48,20 @@ def physics_table(names, weights):
     return table.sort_values("largest_albedo", ascending=False, kind="stable")
 
 
-def unfolded_brightness(weights):
-    """Return the brightness (n,), the mean of f cos theta_i, of fields (n, 675) that are evaluated without folding
-    phi_d to [0, pi), over the pairs of directions with d_y < 0, as a multiple of what it is with folding: 1 is right.
-
-    Fields are evaluated so by Neural-BRDF's plugin (Sztrajman et al. 2021) and other programs that read the weights.
-    """
-    wi, wo = _pairs(UNFOLDED_PAIRS)
-    inputs, cosine = half_difference(*rusinkiewicz(wi, wo)).to(weights.dtype), wi[:, 2:].to(weights.dtype)
-    mirrored = inputs * inputs.new_tensor([1, 1, 1, -1, -1, 1])
-    raw, folded = ((evaluate_inputs(weights, x) * cosine).mean((1, 2)) for x in (mirrored, inputs))
-    return raw / folded
-
-
 def unfolded_table(sets):
     """Return a DataFrame with a row for each of `sets` {name: weights (n, 675)}: set, materials; median and worst, the
-    error of `unfolded_brightness` as a share; above_10_percent, of how many materials it is larger than that."""
+    `unfolded_error`; above_10_percent, of how many materials it is larger than that."""
     rows = []
     for name, weights in sets.items():
-        error = (unfolded_brightness(weights) - 1).abs()
+        error = unfolded_error(weights)
         worst = error.nan_to_num(math.inf).max().item()
-        rows.append((name, len(error), error.nanmedian().item(), worst, int((~(error <= 0.1)).sum())))
+        rows.append((name, len(error), error.nanmedian().item(), worst, int((~(error <= LIMIT)).sum())))
     return pd.DataFrame(rows, columns=["set", "materials", "median", "worst", "above_10_percent"])
-
-
-def _pairs(count):
-    """Return `count` random pairs of unit directions above the horizon, (2, count, 3) float64."""
-    pair = torch.randn(2, count, 3, generator=torch_generator(0, "reciprocity"))
-    pair[..., 2].abs_()
-    return torch.nn.functional.normalize(pair, dim=2).double()
 
 
 def _reciprocity(weights):
     """Return the largest relative difference (n,) between f(i, o) and f(o, i), of fields (n, 675)."""
-    wi, wo = _pairs(PAIRS)
+    wi, wo = random_pairs(PAIRS)
     one, other = (
         evaluate_inputs(weights, half_difference(*rusinkiewicz(*both)).to(weights.dtype))
         for both in ((wi, wo), (wo, wi))

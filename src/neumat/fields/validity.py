@@ -7,6 +7,7 @@ import torch
 from neumat.brdf.coordinates import half_difference
 from neumat.brdf.validity import albedo_nodes
 from neumat.fields.field import evaluate_inputs
+from neumat.fields.mirrored import LIMIT, unfolded_error
 
 POLAR, AZIMUTHS = 64, 16  # of the quadrature: the widths of highlights need the first, the horizon the second
 ANGLES = tuple(
@@ -20,8 +21,18 @@ LARGEST_ALBEDO = 1.0  # conservation of energy
 LARGEST_PEAK = 1e4  # 1/sr
 
 
-@torch.no_grad()
 def valid(weights):
+    """Return whether each of the fields (n, 675) can be served: bool (n,).
+
+    That is: it is `physical`, and in programs that do not fold phi_d its brightness is off by at most LIMIT.
+    """
+    result = physical(weights)
+    result[result.clone()] = unfolded_error(weights[result]) <= LIMIT
+    return result
+
+
+@torch.no_grad()
+def physical(weights):
     """Return whether each of the fields (n, 675) is a BRDF: bool (n,).
 
     That is: all weights and values finite, not black everywhere, a peak of at most LARGEST_PEAK, and no more light

@@ -65,7 +65,7 @@ def read_checkpoint(path, what, schema, model):
     """Return (metadata, tensors by name) of the safetensors file in which `model`, a class name, was saved.
 
     what: the file in words. Raises NeumatError for another file, class or schema version, and where metadata or tensors
-    are not what `write_checkpoint` wrote, whatever was changed. A file without a digest is taken as it is.
+    are not what `write_checkpoint` wrote, whatever was changed.
     """
     with reading(path, what), safe_open(path, "pt") as file:
         metadata = file.metadata() or {}
@@ -73,7 +73,7 @@ def read_checkpoint(path, what, schema, model):
     for key, expected in (("schema", schema), ("model", model)):
         if metadata.get(key) != expected:
             raise NeumatError(path, f"{key} {expected}", metadata.get(key))
-    if metadata.pop("digest", None) not in (None, digest(metadata, tensors)):
+    if metadata.pop("digest", None) != digest(metadata, tensors):
         raise NeumatError(path, f"{what} as it was written", "other contents")
     return metadata, tensors
 

@@ -9,20 +9,19 @@ import torch
 from torch import nn
 
 from neumat.errors import NeumatError
-from neumat.fields.validity import valid
+from neumat.fields.validity import physical
+from neumat.generative.anew import drawn_anew, served
 from neumat.generative.base import read_checkpoint, write_checkpoint
 from neumat.generative.denoisers import LEVEL_WIDTH
 from neumat.generative.hyperdiffusion import HyperDiffusion
 from neumat.generative.orders import OrderOfRequest, colours
 from neumat.generative.schedule import Denoiser, loguniform_sigmas
 from neumat.generative.training import device, seeded, train
-from neumat.seeds import seed_for
 
 SCHEMA = "3"
 MODALITIES = ("type", "category", "text", "image")
 HIDDEN = 256
 COLOURED = ("text", "image")  # those that may say which colour
-ROUNDS = 8  # of drawing anew what was no valid BRDF
 
 
 class RequestEmbedding(nn.Module):
@@ -149,9 +148,9 @@ class ConditionalDiffusion:
             raise NeumatError("n", "at least 1 sample", n)
         if not -1 <= guidance < float("inf"):
             raise NeumatError("guidance", "a finite number of at least -1", guidance)
-        coordinates, unconditional = self.base.restored()
         if not request or guidance == -1:
-            return self.base.integrate(lambda x, sigma, rows: unconditional(x, sigma), coordinates, n, seed, start)
+            return self.base.draw(n, seed, start)
+        coordinates, unconditional = self.base.restored()
         networks = self._restored(coordinates.into.shape[1])
         asked, given = self._filled(n, request)
         with torch.no_grad():
@@ -172,28 +171,27 @@ class ConditionalDiffusion:
 
         return self.base.integrate(denoise, coordinates, n, seed, start, likely)
 
-    def sample(self, n, seed, request, guidance=0.0, start=None):
-        """Return (weights (n, 675) of valid BRDFs, how many were drawn for them). See `draw`.
+    def candidates(self, n, seed, request, guidance=0.0, start=None):
+        """Return (weights (n, 675) of BRDFs, how many were drawn for them). See `draw`.
 
-        What is no valid BRDF (`fields.validity.valid`) is drawn anew, at half the guidance each time where that is
-        positive: exaggeration is what breaks most. Raises NeumatError where after ROUNDS rounds some is still missing.
+        What is no BRDF (`fields.validity.physical`) is drawn anew, at half the guidance each time where that is
+        positive: exaggeration is what breaks most. Raises NeumatError where after some rounds some is still missing.
         """
-        weights, drawn = self.draw(n, seed, request, guidance, start), n
-        for round_ in range(1, ROUNDS):
-            broken = (~valid(weights)).nonzero()[:, 0]
-            if not len(broken):
-                return weights, drawn
-            again = {name: rows if len(rows) == 1 else rows[broken] for name, rows in request.items()}
-            begun = start and (start[0][broken], start[1])
-            eased = min(guidance, guidance / 2**round_)
-            weights[broken] = self.draw(len(broken), seed_for(seed, "again", round_), again, eased, begun)
-            drawn += len(broken)
-        broken = int((~valid(weights)).sum())
-        if broken:
-            raise NeumatError(
-                f"{n} samples at guidance {guidance:g}", "valid BRDFs", f"{broken} broken ({drawn} drawn)"
-            )
-        return weights, drawn
+
+        def draw(rows, seed, share):
+            asked, begun = of_rows(rows, request, start)
+            return self.draw(len(rows), seed, asked, min(guidance, share * guidance), begun), len(rows)
+
+        return drawn_anew(draw, physical, n, seed, f"{n} samples at guidance {guidance:g}")
+
+    def sample(self, n, seed, request, guidance=0.0, start=None):
+        """Return the same of `candidates` that are served, see `generative.anew`: `valid` in other programs too."""
+
+        def draw(rows, seed, share):
+            asked, begun = of_rows(rows, request, start)
+            return self.candidates(len(rows), seed, asked, min(guidance, share * guidance), begun)
+
+        return served(draw, n, seed, f"{n} samples at guidance {guidance:g}")
 
     def _filled(self, n, request):
         """Return ({modality: (n, size)} with zeros where not asked, which were given (n, modalities))."""
@@ -251,6 +249,13 @@ class ConditionalDiffusion:
         model = cls(HyperDiffusion(**base), Tuning(**tuning), notes, groups["extra"])
         model.base.state, model.state, model.sizes = groups["base"], groups["tuned"], sizes
         return model
+
+
+def of_rows(rows, request, start):
+    """Return a request, {modality: (n, size) or (1, size)}, and what it begins with, see `ConditionalDiffusion.draw`,
+    of the positions `rows` (k,) among the n."""
+    asked = {name: given if len(given) == 1 else given[rows] for name, given in request.items()}
+    return asked, start and (start[0][rows], start[1])
 
 
 def _given(n, modalities, probability, generator):

@@ -9,6 +9,7 @@ import torch
 from neumat.brdf.categories import categorise, check_category, check_rules
 from neumat.errors import NeumatError
 from neumat.fields.layout import SIZE
+from neumat.fields.mirrored import mended
 from neumat.fields.statistics import FieldStatistics
 from neumat.fields.validity import valid
 from neumat.files import atomic_path
@@ -55,8 +56,9 @@ class Found:
 def constrained_samples(sampler, accept, n, budget, batch, seed, progress=None):
     """Return the Found with the first n accepted samples, fewer where `budget` candidates hold no more.
 
-    sampler: (n, seed) -> weights (n, 675), any model's. accept: weights (k, 675) float32 tensor -> bool (k,); it sees
-    valid BRDFs only (`fields.validity.valid`), others are counted and dropped. Candidates come `batch` at a time, each
+    sampler: (n, seed) -> weights (n, 675), as a model's `draw` gives them; they are mended (`fields.mirrored`). accept:
+    weights (k, 675) float32 tensor -> bool (k,); it sees valid BRDFs only (`fields.validity.valid`), others are counted
+    and dropped. Candidates come `batch` at a time, each
     batch from a seed of its own, so the result does not depend on n. progress: called with how many more were found.
     Raises NeumatError where a number is below 1 or the sampler returns another shape.
     """
@@ -69,6 +71,7 @@ def constrained_samples(sampler, accept, n, budget, batch, seed, progress=None):
         weights = torch.as_tensor(sampler(size, seed_for(seed, "candidates", found.tried)))
         if weights.shape != (size, SIZE):
             raise NeumatError("constrained sampling: sampler", f"samples of shape {(size, SIZE)}", tuple(weights.shape))
+        weights = mended(weights)
         whole = valid(weights)
         weights = weights[whole]
         if len(weights):

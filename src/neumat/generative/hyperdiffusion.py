@@ -1,12 +1,15 @@
 """Diffusion over the weight vectors of neural fields (Erkoc et al. 2023; M3ashy's unconditional model)."""
 
 import functools
+import logging
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import torch
 
 from neumat.errors import NeumatError
+from neumat.fields.mirrored import LIMIT, unfolded_error
+from neumat.generative.anew import served
 from neumat.generative.base import GenerativeModel
 from neumat.generative.denoisers import DENOISERS
 from neumat.generative.orders import ORDERS, brightest_first, reorder
@@ -143,9 +146,22 @@ class HyperDiffusion(GenerativeModel):
         denoiser.network.eval()
         return coordinates, denoiser
 
-    def _sample(self, n, seed):
+    def draw(self, n, seed, start=None):
+        """Return weights (n, 675) as the sampler leaves them: some may be no valid BRDF. start: see `integrate`."""
         coordinates, denoiser = self.restored()
-        return self.integrate(lambda x, sigma, rows: denoiser(x, sigma), coordinates, n, seed).numpy()
+        return self.integrate(lambda x, sigma, rows: denoiser(x, sigma), coordinates, n, seed, start)
+
+    def _sample(self, n, seed):
+        """Return samples that other programs show right, see `fields.mirrored`; they may be no valid BRDF otherwise."""
+
+        def right(weights):
+            return unfolded_error(weights) <= LIMIT
+
+        weights, drawn = served(
+            lambda rows, seed, share: (self.draw(len(rows), seed), len(rows)), n, seed, "samples", right
+        )
+        logging.info("%d samples; %d more were drawn that showed wrong without folding phi_d", n, drawn - n)
+        return weights.numpy()
 
     @torch.no_grad()
     def integrate(self, denoise, coordinates, n, seed, start=None, likely=None):

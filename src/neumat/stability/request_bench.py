@@ -4,7 +4,7 @@ import torch
 
 from neumat.brdf.coordinates import grid_angles
 from neumat.fields.field import evaluate
-from neumat.fields.validity import valid
+from neumat.fields.validity import physical, valid
 from neumat.metrics.alignment import diversity
 from neumat.metrics.appearance import appearance
 from neumat.metrics.materials import MaterialSet
@@ -57,8 +57,8 @@ class StressBench:
         guidance = usually if guidance is None else guidance
         raw = model.draw(RAW, self.seed, request, guidance)
         reference = usual.draw(RAW, self.seed, request, usually)
-        good = valid(raw)
-        both = good & valid(reference)
+        good = physical(raw)
+        both = good & physical(reference)
         f, g = (self._materials(weights[both]).brdf for weights in (raw, reference))
         mean = (f.log1p() - g.log1p()).abs().mean().item()  # NaN where none is left, and then not within anything
         answer = attempt(lambda: self.answer(*model.sample(N, self.seed, request, guidance)))

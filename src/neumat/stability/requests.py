@@ -59,7 +59,7 @@ def _settings(bench):
 def _unconditional(bench):
     model, answer = bench.synthesiser.model, bench.setting(-1)
     raw = model.draw(N, bench.seed, bench.synthesiser.request(text="red"), -1)
-    same = torch.equal(raw, torch.from_numpy(model.base.sample(N, bench.seed)))
+    same = torch.equal(raw, model.base.draw(N, bench.seed))
     return answer._replace(right=answer.right and same)
 
 

@@ -6,7 +6,7 @@ Settings are chosen on these sweeps, so their Bench is one for validation; its s
 import numpy as np
 import pandas as pd
 
-from neumat.fields.validity import valid
+from neumat.fields.validity import physical
 
 COLUMNS = {
     "type_right": ("type", "type right, judge has not seen it"),
@@ -29,7 +29,7 @@ def guidance_sweep(bench, n, guidances, seed, progress=iter):
         for requests in everything:
             every = np.repeat(np.arange(len(requests)), n)
             weights = model.draw(len(every), seed, requests.each(n), guidance)
-            good = valid(weights)
+            good = physical(weights)
             invalid, total = invalid + int((~good).sum()), total + len(good)
             if good.any():
                 found[requests.modality] = bench.judge(requests, weights[good], every[good.numpy()])

@@ -40,16 +40,12 @@ def compare(bench, n, guidance, candidates, seed, progress=iter):
             answers["null: nearest appearance"] = bench.synthesiser.weights[alike].flatten(0, 1), every
         served = weights
         if requests.modality != "type" and candidates > 1:
-            start = bench.synthesiser.start(requests.encoded, n, candidates)
-            for method, asked, begun in (
-                ("conditional", requests.each(n * candidates), start),
-                ("null: unconditional", {}, None),
-            ):
-                many, _ = model.sample(len(every) * candidates, seed, asked, scale(guidance, asked), begun)
-                many = many.view(len(requests), n * candidates, -1)
-                best = bench.synthesiser.best(many, requests.encoded, n)
-                answers[f"{method}, best of {candidates}"] = best.flatten(0, 1), every
-            served = answers[f"conditional, best of {candidates}"][0]
+            best, _ = bench.synthesiser.answers(requests.encoded, n, seed, guidance, candidates)
+            served = best.flatten(0, 1)
+            answers[f"conditional, best of {candidates}"] = served, every
+            many, _ = model.candidates(len(every) * candidates, seed, {})
+            best = bench.synthesiser.best(many.view(len(requests), n * candidates, -1), requests.encoded, n)
+            answers[f"null: unconditional, best of {candidates}"] = best.flatten(0, 1), every
         samples.append((requests, served))
         label = requests.modality, requests.use
         for method, (fields, whose) in answers.items():

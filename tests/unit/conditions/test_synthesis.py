@@ -52,17 +52,18 @@ def test_guidance_is_the_least_of_what_is_asked_for():
         ({"guidance": {"text": -1.0}}, (-1.0, 6)),
     ],
 )
-def test_requests_are_served_as_the_model_was_configured_where_they_do_not_say(given, expected):
+def test_requests_are_served_as_the_model_was_configured_where_they_do_not_say(given, expected, lambert):
     drawn = []
 
     class Model:
-        def sample(self, n, seed, request, guidance, start):
+        def candidates(self, n, seed, request, guidance, start):
             drawn.append((guidance, n))
-            return torch.zeros(n, 675), n
+            return lambert(0.5).expand(n, -1), n
 
     served = Synthesiser.__new__(Synthesiser)
     served.model, served.guidance, served.candidates = Model(), {"text": 0.25, "type": 9.0}, 3
-    served.encode = served.embed = lambda asked=None, **request: request or asked
+    served.encode = lambda text: {"text": torch.zeros(1, 4)}
+    served.embed = lambda asked: asked
     served.start = lambda *_: None
     served.best = lambda weights, asked, n: weights[:, :n]
     served.synthesise(2, 0, text="red", **given)

@@ -19,7 +19,7 @@ from neumat.fields.fit import (
     training_order,
 )
 from neumat.fields.layout import WIDTHS, matrices, size, unpack
-from neumat.fields.physics import unfolded_brightness
+from neumat.fields.mirrored import unfolded_error
 
 CONFIG = {
     "samples": 100_000,
@@ -163,4 +163,4 @@ def test_fields_are_right_without_folding_too(problem):
     """Neural-BRDF's plugin hands a network the difference vector as it is, mirrored (-d_x, -d_y) half of the time."""
     directions, values, first = problem
     fitted = fit(values, directions, first, CONFIG, 0)["weights"]
-    assert ((unfolded_brightness(fitted) - 1).abs() < 0.05).all()
+    assert (unfolded_error(fitted) < 0.05).all()

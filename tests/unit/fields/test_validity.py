@@ -6,7 +6,7 @@ import torch
 from neumat.brdf.analytic import GGX
 from neumat.brdf.validity import albedo_nodes
 from neumat.fields.layout import SIZE, unpack
-from neumat.fields.validity import AZIMUTHS, POLAR, directional_albedos, peaks, valid
+from neumat.fields.validity import AZIMUTHS, POLAR, directional_albedos, peaks, physical, valid
 
 
 def lambertian(albedo):
@@ -46,3 +46,9 @@ def test_what_is_no_brdf_is_invalid():
 
 def test_black_in_two_channels_is_a_colour():
     assert valid(lambertian([0.3, 0.0, 0.0])[None]).all()
+
+
+def test_what_other_programs_show_wrong_is_invalid(leaning):
+    weights = torch.stack([leaning(0.05), leaning(1.0), lambertian(1.1)])
+    assert physical(weights).tolist() == [True, True, False]
+    assert valid(weights).tolist() == [True, False, False]

@@ -3,6 +3,7 @@ import torch
 
 from neumat.errors import NeumatError
 from neumat.fields.layout import SIZE
+from neumat.fields.validity import valid
 from neumat.generative.base import Dataset
 from neumat.generative.conditional import MODALITIES, ConditionalDiffusion, Tuning, _given, _members
 from neumat.generative.orders import OrderOfRequest
@@ -104,7 +105,7 @@ def test_types_and_categories_leave_the_order_of_the_channels_open(coloured):
 
 
 def test_guidance_of_minus_one_is_the_unconditional_model_where_channels_are_sorted(coloured):
-    expected = torch.from_numpy(coloured.base.sample(6, seed=3))
+    expected = coloured.base.draw(6, seed=3)
     assert torch.equal(coloured.draw(6, 3, {"text": one_hot(0, 8)}, -1.0), expected)
 
 
@@ -123,7 +124,7 @@ def test_texts_give_what_is_drawn_for_texts(data, model):
 
 
 def test_guidance_of_minus_one_is_exactly_the_unconditional_model(model):
-    expected = torch.from_numpy(model.base.sample(6, seed=3))
+    expected = model.base.draw(6, seed=3)
     assert torch.equal(model.draw(6, 3, {"type": one_hot(0, 2)}, -1.0), expected)
     assert torch.equal(model.draw(6, 3, {}), expected)
     assert not torch.equal(model.draw(6, 3, {"type": one_hot(0, 2)}), expected)
@@ -173,8 +174,8 @@ def test_what_is_drawn_anew_begins_with_the_same(model, data, monkeypatch):
         calls.append(weights.clone())
         return torch.full((len(weights),), len(calls) > 1)
 
-    monkeypatch.setattr("neumat.generative.conditional.valid", all_broken_at_first)
-    weights, drawn = model.sample(20, 2, {}, start=(data[0][:20], 0.2))
+    monkeypatch.setattr("neumat.generative.conditional.physical", all_broken_at_first)
+    weights, drawn = model.candidates(20, 2, {}, start=(data[0][:20], 0.2))
     assert drawn == 40 and not torch.equal(weights, calls[0])
     assert torch.equal(level(weights) > 0.15, level(data[0][:20]) > 0.15)
 
@@ -188,12 +189,30 @@ def test_broken_samples_are_drawn_anew_and_counted(model, monkeypatch):
         good[: len(weights) // 2] = len(calls) > 1
         return good
 
-    monkeypatch.setattr("neumat.generative.conditional.valid", first_half_broken)
-    weights, drawn = model.sample(8, 1, {"type": torch.eye(2)[torch.arange(8) % 2]})
+    monkeypatch.setattr("neumat.generative.conditional.physical", first_half_broken)
+    weights, drawn = model.candidates(8, 1, {"type": torch.eye(2)[torch.arange(8) % 2]})
     assert drawn == 12 and torch.equal(weights[4:], model.draw(8, 1, {"type": torch.eye(2)[torch.arange(8) % 2]})[4:])
-    monkeypatch.setattr("neumat.generative.conditional.valid", lambda weights: torch.zeros(len(weights), dtype=bool))
+    monkeypatch.setattr("neumat.generative.conditional.physical", lambda weights: torch.zeros(len(weights), dtype=bool))
     with pytest.raises(NeumatError, match="8 broken"):
-        model.sample(8, 1, {})
+        model.candidates(8, 1, {})
+
+
+def test_samples_that_other_programs_show_wrong_are_drawn_anew(model, leaning, monkeypatch):
+    """Two of eight cannot be mended: others take their places, the rest stays."""
+    calls = []
+
+    def mended(weights):
+        calls.append(weights.clone())
+        if len(calls) == 1:
+            weights[[2, 5]] = leaning(1.0)
+        return weights
+
+    monkeypatch.setattr("neumat.generative.anew.mended", mended)
+    request = {"type": torch.eye(2)[torch.arange(8) % 2]}
+    weights, drawn = model.sample(8, 1, request)
+    assert drawn == 10 and [len(call) for call in calls] == [8, 2]
+    calls[0][[2, 5]] = calls[1]
+    assert torch.equal(weights, calls[0]) and valid(weights).all()
 
 
 def test_wrong_requests_end_in_one_line(model):

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from neumat.brdf.statistics import F_DIFFUSE
 from neumat.errors import NeumatError
 from neumat.fields.layout import SIZE
+from neumat.fields.mirrored import unfolded_error
 from neumat.generative.constrained import InCategory, constrained_samples, summary, write_found
 from neumat.studies.constrained import read_found
 
@@ -60,6 +61,16 @@ def test_never_more_than_asked_for_nor_beyond_the_budget(n, budget, batch):
     found = constrained_samples(constants, dark, n, budget, batch, seed=1)
     assert len(found.weights) == min(n, found.accepted) and found.tried <= budget
     assert found.tried == budget or len(found.weights) == n
+
+
+def test_what_was_found_is_right_without_folding_too(leaning):
+    """Half of the candidates are far off as they are drawn."""
+
+    def half_wrong(n, seed):
+        return torch.stack([leaning(k % 2) for k in range(n)])
+
+    found = constrained_samples(half_wrong, lambda weights: np.ones(len(weights), bool), 4, 4, 4, seed=0)
+    assert found.accepted == 4 and (unfolded_error(torch.from_numpy(found.weights)) < 0.02).all()
 
 
 def test_a_smaller_request_gives_the_first_of_a_larger_one():

@@ -27,7 +27,7 @@ def test_a_gaussian_of_weights_is_learned():
     mixing = torch.randn(2, SIZE, generator=generator)
     weights = 1 + torch.randn(2000, 2, generator=generator) @ mixing
     model = HyperDiffusion(**TOY | {"components": 2, "batch": 256, "steps": 600}).fit(dataset(weights), seed=0)
-    samples = torch.from_numpy(model.sample(2000, seed=1))
+    samples = model.draw(2000, seed=1)
     into = torch.linalg.pinv(mixing)
     truth, found = (weights - 1) @ into, (samples - 1) @ into
     assert torch.allclose(found.mean(0), truth.mean(0), atol=0.25)
@@ -42,8 +42,8 @@ def test_sorting_learns_all_orders_of_the_channels_from_any():
     config = TOY | {"components": 3, "steps": 300, "sort": True}
     blue = HyperDiffusion(**config).fit(dataset(torch.cat([weights[::2], weights[1::2]])), seed=0)
     mixed = HyperDiffusion(**config).fit(dataset(other), seed=0)
-    samples = blue.sample(600, seed=1)
-    assert samples == pytest.approx(mixed.sample(600, seed=1), abs=1e-4)
+    samples = blue.draw(600, seed=1).numpy()
+    assert samples == pytest.approx(mixed.draw(600, seed=1).numpy(), abs=1e-4)
     found = torch.from_numpy(samples[:, -3:]).argsort(1)
     counts = (found[:, None] == ORDERS).all(2).sum(0)
     assert counts.sum() == 600 and counts.min() > 70
@@ -66,7 +66,7 @@ def test_a_transformer_over_layers_or_neurons_samples_weights(tokens):
     weights[:, -1] = 0.5
     network = {"tokens": tokens, "width": 16, "depth": 1, "heads": 2}
     model = HyperDiffusion(denoiser="transformer", network=network, metric="standard", batch=8, steps=5, nfe=6)
-    samples = model.fit(dataset(weights), seed=0).sample(3, seed=1)
+    samples = model.fit(dataset(weights), seed=0).draw(3, seed=1).numpy()
     assert samples.shape == (3, SIZE) and np.isfinite(samples).all()
     assert samples[:, -1] == pytest.approx([0.5] * 3)
     assert samples.mean() == pytest.approx(2, abs=0.1)
