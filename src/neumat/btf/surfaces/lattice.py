@@ -39,9 +39,10 @@ class Lattice:
         """Return the ways (2, k, n), in cells, from points to one random point in each of the cells within `reach` of
         the nearest corner, and a pair (2, k, n) of random numbers of those cells for each of `channels`, the first of
         which places the point, at least (1 - spread) / 2 away from the border of its cell."""
-        steps = AROUND[reach] - (fractions < 0.5).long()[:, None]
-        first, *others = self.pairs(cells[:, None] + steps, channels)
-        return steps - fractions[:, None] + (first * spread + 0.5 * (1 - spread)), others
+        before = (fractions < 0.5).long()
+        cells, fractions = (cells - before)[:, None], (fractions + before)[:, None]
+        first, *others = self.pairs(cells + AROUND[reach], channels)
+        return first * spread + (AROUND[reach] + 0.5 * (1 - spread) - fractions), others
 
     def pairs(self, cells, channels):
         """Return two random numbers (2, ...), 0 to 1, of the cells (2, ...) for each of `channels`.
@@ -49,14 +50,14 @@ class Lattice:
         Where many points share few cells, numbers are drawn for the rectangle that holds all cells, and looked up.
         """
         flat = cells.flatten(1)
-        low, high = (bound(1, keepdim=True) for bound in (flat.amin, flat.amax)) if flat.shape[1] else (0, 0)
-        across, down = (high - low + 1).flatten().tolist() if flat.shape[1] else (1, 1)
+        low, high = flat.amin(1, keepdim=True), flat.amax(1, keepdim=True)
+        across, down = (high - low + 1).flatten().tolist()
         if across * down > flat.shape[1] // 2:
             return [self._drawn(flat, channel).reshape(cells.shape) for channel in channels]
         box = torch.cartesian_prod(torch.arange(across), torch.arange(down)).T + low
         x, y = flat - low
-        index = x * down + y
-        return [self._drawn(box, channel).index_select(1, index).reshape(cells.shape) for channel in channels]
+        index = (x * down + y).expand(2, -1)
+        return [self._drawn(box, channel).gather(1, index).reshape(cells.shape) for channel in channels]
 
     def _drawn(self, cells, channel):
         if self.period is not None:

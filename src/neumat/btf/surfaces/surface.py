@@ -35,6 +35,8 @@ class Surface:
 
     def at(self, u):
         """Return the height (n,), float64, and the index of the material (n,), int64, at u (n, 2)."""
+        if not len(u):
+            return torch.zeros(0, dtype=torch.float64), torch.zeros(0, dtype=torch.int64)
         height, material = self._raw(u.double(), 1 if self.tileable else None)
         return (height - self._mean) * self._scale, material
 
@@ -55,13 +57,18 @@ class Surface:
         return Surface({**self.config, "relief": self.config["relief"] * factor}, self.endless)
 
     @functools.cached_property
+    def _endless(self):
+        return self._measured(None)
+
+    @functools.cached_property
     def _mean(self):
         """The mean height of one exemplar that repeats, or of SIDE^2 exemplars, as the process returns it."""
-        return self._measured(1 if self.tileable else None)[0]
+        return self._measured(1)[0] if self.tileable else self._endless[0]
 
     @functools.cached_property
     def _scale(self):
-        return self.config["relief"] / max(self._measured(None)[1], 1e-9)
+        """The same with and without period: an exemplar and its truth are in one scale."""
+        return self.config["relief"] / max(self._endless[1], 1e-9)
 
     def _measured(self, period):
         """Return the mean height and the relief of the process, rounded: the same for any number of threads."""
