@@ -13,14 +13,14 @@ import torch
 from neumat.btf.directions import LARGEST, random_pairs
 from neumat.btf.facets import facet_material
 from neumat.btf.gonioreflectometer import Facets, Gonioreflectometer
-from neumat.btf.relief import height_span, relief
+from neumat.btf.relief import height_range, relief
 from neumat.btf.store import attributes, read_btf, write_btf
 from neumat.errors import NeumatError
 from neumat.seeds import seed_for, torch_generator
 
 PATHS = 1 << 20  # traced at a time
 PART = 512  # texels, at most, along a side of a part of a picture
-STEEPEST = math.tan(math.radians(75))  # lights and views at up to 75 degrees meet the true relief all around
+LARGEST_LIGHT = math.radians(75)  # up to which the shadows in all of a picture are true
 LARGEST_MARGIN = 1.0  # sides of the exemplar
 
 
@@ -73,7 +73,7 @@ def _captured(surface, texels, width, parts, light, view, keys, samples, progres
     first.
     """
     facets = Facets([facet_material(name, neumerl) for name in surface.materials])
-    margin = min(height_span(surface) * STEEPEST, LARGEST_MARGIN)
+    margin = _margin(surface)
     tasks = []
     for rows, columns in parts:
         at_once = max(1, PATHS // (len(rows) * len(columns) * samples))
@@ -88,6 +88,16 @@ def _captured(surface, texels, width, parts, light, view, keys, samples, progres
         lost, traced = lost + missed, traced + samples * values[..., 0].numel()
         yield group.start, part[0].start, part[1].start, values
     logging.info("%d paths, of which %d left the relief without meeting it", traced, lost)
+
+
+def _margin(surface):
+    """Return the width of relief around what is captured, in sides of the exemplar.
+
+    All that is seen at up to LARGEST lies within it, and all that throws a shadow there at up to LARGEST_LIGHT.
+    """
+    lowest, highest = height_range(surface)
+    seen = max(highest, -lowest) * math.tan(LARGEST)
+    return min(max(seen, (highest - lowest) * math.tan(LARGEST_LIGHT)), LARGEST_MARGIN)
 
 
 def write_queries(path, surface, texels, sweeps, pairs, samples, seed, progress=iter, **options):

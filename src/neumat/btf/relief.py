@@ -11,7 +11,7 @@ import numpy as np
 import torch
 
 BLOCK = 1 << 16  # points at which a surface is evaluated at a time
-SPAN_GRID = 128  # points along an exemplar's side among which its highest and lowest are looked for
+RANGE_GRID = 128  # points along an exemplar's side among which its lowest and highest are looked for
 
 
 @dataclass(frozen=True)
@@ -54,11 +54,11 @@ def _at(surface, x, y):
     return heights, materials
 
 
-def height_span(surface):
-    """Return by how much the highest point of an exemplar lies above its lowest, in sides of the exemplar."""
-    centres = (np.arange(SPAN_GRID) + 0.5) / SPAN_GRID
+def height_range(surface):
+    """Return the lowest and the highest height of an exemplar, in sides of the exemplar."""
+    centres = (np.arange(RANGE_GRID) + 0.5) / RANGE_GRID
     heights, _ = _at(surface, centres, centres)
-    return float(heights.max() - heights.min())
+    return float(heights.min()), float(heights.max())
 
 
 def relief(surface, texels, rows, columns, margin, quads=2):

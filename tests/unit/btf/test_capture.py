@@ -117,6 +117,15 @@ def test_picture_of_a_tileable_surface_is_periodic(waves, measure):
     assert (first - second).abs().mean() > 0.1 * first.mean()
 
 
+def test_no_path_is_lost_at_the_border_up_to_the_largest_angle(shape, caplog):
+    ditch = shape(lambda x, y: 0.02 - 0.04 * (x > 0.2))  # seen from the left, the border is deep below
+    view = at(84.9, math.pi).view(1, 3)
+    with caplog.at_level("INFO"):
+        found = concat(capture.capture_pictures(ditch, 16, UP[0], view, 1, 0))
+    assert (found > 0).all()
+    assert "of which 0 left" in caplog.text
+
+
 def test_numbers_of_a_sweep_do_not_depend_on_what_is_captured_with_it(waves, monkeypatch):
     def queries(sweeps):
         return concat(capture.capture_queries(waves, 16, sweeps, 32, 3, 1))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from neumat.btf.relief import height_span, relief
+from neumat.btf.relief import height_range, relief
 
 
 def test_a_plane_has_its_slopes_and_heights_everywhere(shape):
@@ -33,5 +33,5 @@ def test_neighbouring_parts_share_their_vertices(waves):
         assert np.array_equal(getattr(left, name)[:, -1], getattr(right, name)[:, 0])
 
 
-def test_span_is_that_of_the_heights(waves):
-    assert height_span(waves) == pytest.approx(0.04, rel=0.01)
+def test_range_is_that_of_the_heights(waves):
+    assert height_range(waves) == pytest.approx((-0.02, 0.02), rel=0.01)
