@@ -23,6 +23,7 @@ include: "workflow/rules/constrained.smk"
 include: "workflow/rules/scenes.smk"
 include: "workflow/rules/stability.smk"
 include: "workflow/rules/export.smk"
+include: "workflow/rules/btf.smk"
 include: "workflow/rules/charts.smk"
 include: "workflow/rules/run.smk"
 
@@ -46,11 +47,25 @@ rule generalisation:
         "results/tables/run-generalisation.csv",
 
 
-# Every rule of the three targets, and one export in each format; meant for config/smoke.yaml.
+rule btf:
+    input:
+        TARGETS["btf"],
+        "results/tables/run-btf.csv",
+
+
+rule btf_all:
+    input:
+        TARGETS["btf_all"],
+        "results/tables/run-btf_all.csv",
+
+
+# Every rule of the targets, and one export in each format; meant for config/smoke.yaml.
 rule smoke:
     input:
         rules.all.input,
         rules.charts.input,
         rules.generalisation.input,
+        rules.btf.input,
+        rules.btf_all.input,
         TARGETS["export"],
         expand("results/scenes/preview/{scene}.png", scene=config["scenes"]["names"]),

@@ -21,6 +21,7 @@ def check(config, names, scenes, scene_schema):
     levels = config["generative"]["methods"]["hyperdiffusion"]
     pair = [levels["sigma_min"], levels["sigma_max"]]
     _ascending("generative.methods.hyperdiffusion.sigma_min and sigma_max", pair, strict=True)
+    _check_btf(config["btf"])
     tolerances = config["scenes"]["tolerances"]
     if config["scenes"]["tolerance"] not in tolerances:
         expected = f"one of scenes.tolerances, {', '.join(map(str, tolerances))}"
@@ -34,6 +35,16 @@ def check(config, names, scenes, scene_schema):
         expected = f"a fold below {fold_count(len(names))}, as many as {len(names)} sources have"
         raise NeumatError("config key evaluate.folds", expected, config["evaluate"]["folds"])
     _check_scenes(config, manifest, Path(scenes), scene_schema)
+
+
+def _check_btf(btf):
+    """Raise NeumatError where the config's section `btf` contradicts itself."""
+    texels = btf["texels"] ** 2
+    if texels % btf["queries"]["pairs"]:
+        raise NeumatError("config key btf.queries.pairs", f"a divisor of {texels}, the texels", btf["queries"]["pairs"])
+    theta, count = btf["grid"]["theta"], btf["grid"]["count"]
+    if len(theta) != len(count):
+        raise NeumatError("config key btf.grid.count", f"{len(theta)} numbers, as many as angles", len(count))
 
 
 def chosen_folds(folds, n):

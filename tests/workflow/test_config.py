@@ -11,6 +11,8 @@ from runner import ROOT, command
 
 from neumat.brdf.embedded import embedded_names
 from neumat.brdf.published import merl_checksums
+from neumat.btf.representations.registry import REPRESENTATIONS
+from neumat.btf.synthesis import SYNTHESES
 from neumat.config import keys, load, load_scene, source_files, source_names, table
 from neumat.errors import NeumatError
 from neumat.generative.registry import METHODS
@@ -47,6 +49,15 @@ SCENE_SCHEMA = ROOT / "workflow/schemas/scene.schema.json"
 def test_scenes_are_valid_and_filled_in(path):
     layout = load_scene(path, SCENE_SCHEMA)
     assert all(item["bump"] in (None, *HEIGHTS) and len(item["at"]) == 2 for item in layout["objects"].values())
+
+
+def test_names_of_representations_and_syntheses_are_those_of_the_code():
+    btf = SCHEMA_TREE["properties"]["btf"]["properties"]
+    synthesis = btf["synthesis"]["properties"]
+    assert btf["compared"]["items"]["enum"] == btf["representations"]["propertyNames"]["enum"]
+    assert set(btf["compared"]["items"]["enum"]) == set(REPRESENTATIONS)
+    for key in (synthesis["methods"]["items"], synthesis["stochastic"], synthesis["structured"]):
+        assert set(key["enum"]) == set(SYNTHESES)
 
 
 def test_names_of_shapes_textures_and_lights_are_those_of_the_code():

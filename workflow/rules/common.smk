@@ -12,6 +12,7 @@ from neumat.config import (
     inception_file,
     load,
     load_scene,
+    load_surface,
     source_files,
     source_names,
 )
@@ -59,6 +60,25 @@ SHARDS = ceil(len(FITTED) / config["fit"]["materials_per_job"])
 FOLDS = [f"fold{k}" for k in chosen_folds(config["evaluate"]["folds"], len(SOURCES))]
 # Protocols whose reference materials have no relative among the training materials.
 UNRELATED = ["grouped", *FOLDS]
+BTF = config["btf"]
+# The patch of a surface that statistics of synthesis are compared with.
+TRUTH = f"results/btf/truth/{{surface}}-{BTF['truth']['extent']}x.h5"
+# Chart 6: what fits of the surface `btf.surface` cost and how near they come. All but the planes' sizes are settings
+# of the representation.
+BTF_CHART = [
+    *(f"{BTF['surface']}/ours@{change}" for change in BTF["chart"]["changes"]),
+    *(f"{BTF['surface']}@texels={n}/ours" for n in BTF["chart"]["planes"]),
+    *(f"{BTF['surface']}/{name}" for name in BTF["compared"]),
+]
+# Where each representation breaks: relief times 0.5 to 4, on smaller exemplars.
+BTF_RELIEF = expand(
+    "{surface}@relief={factor},texels={texels}/{representation}@samples={samples}",
+    surface=BTF["relief"]["surfaces"],
+    factor=BTF["relief"]["factors"],
+    texels=BTF["relief"]["texels"],
+    representation=BTF["relief"]["representations"],
+    samples=BTF["relief"]["samples"],
+)
 TARGETS = {
     "all": [
         "results/tables/augmentation.csv",
@@ -88,6 +108,8 @@ TARGETS = {
         ),
         "results/tables/stability_conditional.csv",
         "results/tables/stability_render.csv",
+        f"results/btf/quality/{BTF['surface']}/ours.csv",
+        f"results/btf/figures/{BTF['surface']}-ours.png",
     ],
     "charts": [
         "results/charts/fit.csv",
@@ -100,6 +122,31 @@ TARGETS = {
     "generalisation": [
         "results/tables/generalisation.csv",
         "results/tables/generalisation_novelty.csv",
+    ],
+    "btf": [
+        f"results/btf/quality/{BTF['surface']}/ours.csv",
+        f"results/btf/quality/{BTF['surface']}/mean.csv",
+        f"results/btf/figures/{BTF['surface']}-ours.png",
+        f"results/btf/synthesis/{BTF['surface']}.csv",
+        f"results/btf/figures/{BTF['surface']}-synthesis-{BTF['truth']['extent']}x.png",
+    ],
+    "btf_all": [
+        "results/btf/tables/representations.csv",
+        "results/btf/tables/synthesis.csv",
+        "results/btf/tables/relief.csv",
+        "results/btf/charts/representations.csv",
+        *expand(
+            "results/btf/figures/{surface}-{figure}.png",
+            surface=BTF["surfaces"],
+            figure=[
+                "ours",
+                "representations",
+                *expand(
+                    "synthesis-{extent}x",
+                    extent=[BTF["truth"]["extent"], BTF["truth"]["wide"]],
+                ),
+            ],
+        ),
     ],
     "export": [
         "results/export/safetensors/sample-0",
@@ -117,6 +164,12 @@ wildcard_constraints:
     method="[a-z0-9-]+",
     category="|".join(CATEGORIES),
     scene="[^/]+",
+    surface="[^/]+",
+    capture="queries|grid|held-out",
+    representation="[^/]+",
+    extent=r"\d+",
+    shard=r"\d+",
+    shards=r"\d+",
 
 
 def code(script):
@@ -192,3 +245,77 @@ def layout_of(scene):
         )
     except NeumatError as error:
         sys.exit(str(error))
+
+
+def variant_of(name):
+    """A surface or representation, and what differs from its config: of "leather@relief=2" leather, {"relief": 2}."""
+    name, _, changes = name.partition("@")
+    changes = dict(change.split("=") for change in changes.split(",") if change)
+    return name, {
+        key: float(value) if "." in value else int(value)
+        for key, value in changes.items()
+    }
+
+
+def surface_of(name):
+    """The config of a surface; its file is not an input, which would tie results to where the workflow lies."""
+    name, changes = variant_of(name)
+    try:
+        surface = load_surface(
+            f"{workflow.basedir}/config/btf/{name}.yaml",
+            f"{workflow.basedir}/workflow/schemas/btf.schema.json",
+        )
+    except NeumatError as error:
+        sys.exit(str(error))
+    return surface | {"relief": surface["relief"] * changes.get("relief", 1)}
+
+
+def capture_settings(capture, surface):
+    """The settings of a capture of a surface: of random queries, of a grid of pictures, of held-out ones, of a truth."""
+    shared = {key: config["btf"][key] for key in ("texels", "quads", "bounces")}
+    shared |= {"texels": variant_of(surface)[1].get("texels", shared["texels"])}
+    if capture == "truth":
+        return shared | {"pairs": config["btf"]["pairs"]}
+    shown = {"shown": config["btf"]["pairs"]} if capture == "held-out" else {}
+    return shared | shown | config["btf"][capture.replace("-", "_")]
+
+
+def truth_samples(extent):
+    """Paths for a value of a truth over `extent` exemplars along a side."""
+    truth = config["btf"]["truth"]
+    return truth["samples" if extent == truth["extent"] else "wide_samples"]
+
+
+def capture_shards(capture):
+    """How many jobs share a capture."""
+    given = config["btf"][capture.replace("-", "_")]
+    sweeps = {
+        "queries": lambda: given["sweeps"],
+        "grid": lambda: sum(given["count"]) ** 2,
+        "held-out": lambda: given["validation"]
+        + given["report"]
+        + len(config["btf"]["pairs"]),
+    }[capture]()
+    return ceil(sweeps / config["btf"]["sweeps_per_job"])
+
+
+def default_synthesis(surface):
+    """The default synthesis method for a surface."""
+    structured = surface_of(surface)["structured"]
+    return config["btf"]["synthesis"]["structured" if structured else "stochastic"]
+
+
+def judged_by(surface):
+    """The surface whose held-out pictures a fit is judged by: with a smaller plane, those of the whole exemplar."""
+    return re.sub(r"@texels=\d+$", "", surface)
+
+
+def captured_for(representation):
+    """The capture that a representation is fitted to: two need all pairs of a grid of directions."""
+    return "grid" if variant_of(representation)[0] in ("pca", "sh") else "queries"
+
+
+def representation_of(name):
+    """The hyperparameters of a representation."""
+    name, changes = variant_of(name)
+    return config["btf"]["representations"].get(name, {}) | changes

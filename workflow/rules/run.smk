@@ -4,7 +4,7 @@ rule run_table:
         lambda wildcards: TARGETS[wildcards.target.lstrip("-") or "all"],
     output:
         report(
-            "results/tables/run{target,|-charts|-generalisation}.csv",
+            "results/tables/run{target,|-charts|-generalisation|-btf|-btf_all}.csv",
             caption="../report/run.rst",
             category="Run",
         ),

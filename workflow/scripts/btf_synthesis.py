@@ -1,0 +1,12 @@
+"""Compare what every method synthesises from an exemplar with a larger patch of the surface."""
+
+from neumat.files import atomic_path
+from neumat.stage import progress, stage
+from neumat.studies.btf_synthesis import synthesis_table
+
+with stage(snakemake):
+    store, params = snakemake.input, snakemake.params
+    rows = synthesis_table(store.model, store.queries, store.truth, params.methods, params.seed, progress)
+    rows.insert(0, "surface", snakemake.wildcards.surface)
+    with atomic_path(snakemake.output[0]) as temporary:
+        rows.to_csv(temporary, index=False)

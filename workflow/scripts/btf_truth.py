@@ -1,0 +1,8 @@
+"""Capture a patch of a surface that is larger than the exemplar."""
+
+from neumat.btf.stages import capture_truth
+from neumat.stage import progress, stage
+
+with stage(snakemake):
+    params, extent = snakemake.params, int(snakemake.wildcards.extent)
+    capture_truth(params.surface, params.settings, extent, params.samples, params.seed, snakemake.output[0], progress)
