@@ -92,7 +92,7 @@ class Gonioreflectometer:
             for array in (light, view)
         )
         key = dr.gather(mi.UInt32, mi.UInt32(np.asarray(keys, np.uint32)), picture)
-        random = _Random(mi, key, texel, sample, scalar(samples))
+        random = _Random(mi, key, texel, sample, samples)
         total, met = self._follow(mi.Point2f(mi.Float(column), mi.Float(row)), light, view, random)
         total, met = np.array(total).T.reshape(count, samples, 3), np.array(met).reshape(count, samples)
         mean = total.sum(1) / met.sum(1, dtype=np.float32).clip(1)[:, None]
@@ -103,7 +103,7 @@ class Gonioreflectometer:
         import drjit as dr
 
         mi = self.mi
-        target = (corner + random.within_texel()) * self.texel
+        target = (corner + random.point(mi.UInt32(0))) * self.texel
         distance = self.top / dr.maximum(view.z, LEAST_COSINE)
         count = dr.width(target)
         state = (
@@ -147,7 +147,7 @@ class Gonioreflectometer:
 
         depth = depth + 1
         active = active & (depth < self.bounces)
-        wo = brdf.lobes_sample(lobes, wi, random.direction(depth), material)
+        wo = brdf.lobes_sample(lobes, wi, random.point(depth), material)
         density = brdf.lobes_density(lobes, wi, wo, material)
         onward = frame.to_world(wo)
         active = active & (wo.z > 0) & (density > 0) & (dr.dot(facing, onward) > 0)
@@ -185,25 +185,22 @@ class Gonioreflectometer:
 
 
 class _Random:
-    """Points of the unit square that depend on a key, a texel and the number of a sample, and on nothing else."""
+    """Points of the unit square that depend on a key, a texel and the number of a sample, and on nothing else.
+
+    The samples of a texel fill the square evenly, at each facet in another order: the R2 sequence (Roberts 2018, The
+    unreasonable effectiveness of quasirandom sequences), shifted at random.
+    """
 
     def __init__(self, mi, key, texel, sample, samples):
-        self.mi, self.key, self.texel, self.sample = mi, key, texel, sample
-        self.path = texel * samples + sample
+        self.mi, self.key, self.texel, self.sample, self.samples = mi, key, texel, sample, samples
 
-    def within_texel(self):
-        """Return points that the samples of a texel fill evenly: the R2 sequence (Roberts 2018, The unreasonable
-        effectiveness of quasirandom sequences), shifted at random."""
+    def point(self, depth):
+        """Return the points for facet number `depth`, UInt32, of the paths."""
         import drjit as dr
 
-        point = self._point(self.texel, self.key) + self.mi.Float(self.sample) * self.mi.Point2f(*R2)
-        return point - dr.floor(point)
-
-    def direction(self, depth):
-        """Return points, independent ones, for facet number `depth`, UInt32, from 1, of a path."""
-        return self._point(self.path, self.key + depth)
-
-    def _point(self, *numbers):
         mi = self.mi
-        first, second = mi.sample_tea_32(*numbers)
-        return mi.Point2f(mi.Float(first >> 8), mi.Float(second >> 8)) * 2**-24
+        first, second = mi.sample_tea_32(self.texel, self.key + depth)
+        order = mi.permute_kensler(self.sample, self.samples, first ^ (second << 1))
+        shift = mi.Point2f(mi.Float(first >> 8), mi.Float(second >> 8)) * 2**-24
+        point = shift + mi.Float(order) * mi.Point2f(*R2)
+        return point - dr.floor(point)
