@@ -78,6 +78,19 @@ def test_is_finite_and_not_negative_everywhere(fitted):
     assert (found[(light[:, 2] <= 0) | (view[:, 2] <= 0)] == 0).all()
 
 
+@pytest.mark.parametrize("bad", [[math.nan] * 3, [math.nan, 0.0, 1.0], [0.0, 0.0, math.inf]])
+def test_a_direction_that_is_none_gives_0_and_leaves_the_others_alone(fitted, bad):
+    features = fitted.positional().flatten(0, 1)[:20]
+    light, view = random_pairs(20, torch_generator(3, "broken"))
+    expected = fitted.eval(features, light, view)
+    for directions in (light, view):
+        kept = directions[7].clone()
+        directions[7] = torch.tensor(bad)
+        expected[7] = 0
+        assert torch.equal(fitted.eval(features, light, view), expected)
+        directions[7] = kept
+
+
 def test_saves_and_loads_exactly(fitted, tmp_path):
     path = tmp_path / "saved.safetensors"
     fitted.save(path)

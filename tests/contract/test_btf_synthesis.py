@@ -76,6 +76,13 @@ def test_texels_far_away_are_as_sharp_as_near(method, far):
         assert torch.allclose(method.at(cell + fraction), features, atol=1e-4)
 
 
+def test_features_keep_within_the_exemplars_range(method):
+    plane = noise(32, 24, 5, method.tileable)
+    features = method.at(positions(20_000))
+    slack = 1e-5  # of rounding
+    assert (features >= plane.amin((0, 1)) - slack).all() and (features <= plane.amax((0, 1)) + slack).all()
+
+
 def test_features_vary_continuously_over_texels_but_for_few_seams(method):
     u = positions(4000, 3)
     near = u + torch.tensor([1e-7, 0.7e-7], dtype=torch.float64)

@@ -30,10 +30,12 @@ class Representation(abc.ABC):
         """Return the values (n, 3), 1/sr, with the cosine of the light where the store's have it.
 
         features (n, c): rows of `positional()`, or what synthesis made of them. light, view: unit vectors (n, 3) or
-        (1, 3). Finite and not negative; 0 where light or view is at or below the horizon.
+        (1, 3). Finite and not negative; 0 where light or view is at or below the horizon, or NaN.
         """
         light, view = light.to(features.dtype), view.to(features.dtype)
-        above = (light[:, 2:] > 0) & (view[:, 2:] > 0)
+        usable = [(each[:, 2:] > 0) & each.isfinite().all(1, keepdim=True) for each in (light, view)]
+        above = usable[0] & usable[1]
+        light, view = (torch.where(above, each, each.new_tensor([0.0, 0.0, 1.0])) for each in (light, view))
         return torch.where(above, self._eval(features, light, view).clamp_min(0), 0)
 
     def picture(self, light, view):

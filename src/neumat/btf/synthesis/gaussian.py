@@ -23,6 +23,7 @@ class GaussianPlane:
 
     def __init__(self, plane, usage, wrap, decorrelate=True):
         self.base, self.wrap = plane[0, 0], wrap
+        self.low, self.high = plane.amin((0, 1)), plane.amax((0, 1))
         plane = plane - self.base
         channels = plane.shape[-1]
         self.axes = _principal_axes(plane) if decorrelate else torch.eye(channels, device=plane.device)
@@ -31,17 +32,18 @@ class GaussianPlane:
         self.levels = prefilter(gaussian)
         self.levels[-1] = torch.zeros_like(self.levels[-1])  # the mean, if texels count by usage
         self.tables = _tables(quantiles, self.levels)
-        self.stored = [*self.levels, self.tables, self.axes, self.base]
+        self.stored = [*self.levels, self.tables, self.axes, self.base, self.low, self.high]
 
     def blend(self, level, positions, weights, scale=None):
         """Return features (n, c) from sums of fetches at `positions` (n, k, 2) times `weights` (n, k), which with
-        `scale` (n, c), a factor where given, keep the variance."""
+        `scale` (n, c), a factor where given, keep the variance. Components that the exemplar has not together give
+        features beyond its own, which are cut to its range: what decodes them knows no others."""
         gaussian = blend(self.levels[level], positions, weights, self.wrap)
         values = _looked_up(self.tables[level], gaussian if scale is None else gaussian * scale)
         features = self.base
         for k in range(len(self.base)):  # no product of matrices, whose rounding would depend on the batch
             features = features + values[:, k : k + 1] * self.axes[k]
-        return features
+        return features.clamp(self.low, self.high)
 
 
 def gaussianise(plane, usage):

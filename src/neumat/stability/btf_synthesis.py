@@ -1,0 +1,231 @@
+"""Where synthesis of BTFs breaks: odd exemplars, seams, positions and levels at their limits. See `stability.btf`."""
+
+import math
+
+import torch
+
+from neumat.btf.synthesis import SYNTHESES
+from neumat.metrics.textures import seams
+from neumat.seeds import torch_generator
+from neumat.stability.cases import Case, refused
+
+SEAM = 1.5  # mean step across borders over that elsewhere
+CUTS = 1.5  # the largest of a thousand steps, over the exemplar's
+BLOCK = 8  # texels along the hard-edged blocks that are to show seams
+OVERSHOOT = 1e-6  # of the exemplar's range: rounding
+TINY = 16  # texels along a side
+EXTENT = 4  # exemplars along a side of what seams are looked for in
+FAR = 1000  # exemplars under a pixel
+LEVEL = 0.1  # standard deviations from the exemplar's mean
+PLACES = (1e5, 1e9)
+GUARDED = "synthesis.base.Synthesis"
+
+
+def synthesis_cases(plane, seed, points):
+    """Yield the Cases of all methods of SYNTHESES on a `plane` (H, W, c) of features that does not tile; `points`: how
+    many random positions are asked for."""
+    bench = _Bench(plane, seed, points)
+    yield from _seams(bench)
+    yield from _odd_exemplars(bench)
+    for value in (math.nan, math.inf):
+        for name, method in SYNTHESES.items():
+            yield refused(f"a {value} in a plane: {name}", "a plane of finite features", GUARDED,
+                          lambda method=method, value=value: _broken(bench, method, value))  # fmt: skip
+    yield from _places(bench)
+    yield from _batches(bench)
+    yield from _levels(bench)
+
+
+class _Bench:
+    def __init__(self, plane, seed, points):
+        self.plane, self.seed, self.points = plane, seed, points
+        self._made = {}
+
+    def made(self, name):
+        """Return the method `name` on the plane."""
+        if name not in self._made:
+            self._made[name] = SYNTHESES[name](self.plane, self.seed)
+        return self._made[name]
+
+    def positions(self, name, cells=1 << 20):
+        """Return random cells (n, 2) and fractions (n, 2) that float64 holds exactly, up to cell 2^33."""
+        generator = torch_generator(self.seed, name)
+        cell = torch.randint(-cells, cells, (self.points, 2), generator=generator)
+        fraction = torch.randint(1 << 19, (self.points, 2), generator=generator).double() / (1 << 19)
+        return cell, fraction
+
+    def features(self, method, name="positions", level=0.0):
+        """Return features (n, c) of a method at random positions."""
+        return method.at_cell(*self.positions(name), level)
+
+
+def _endless(method, extent=EXTENT):
+    """Return a patch (extent H, extent W, c) of a method's plane, at the centres of texels."""
+    y, x = ((torch.arange(extent * n, dtype=torch.float64) + 0.5) / n for n in (method.height, method.width))
+    u = torch.stack(torch.meshgrid(y, x, indexing="ij")[::-1], -1)
+    return method.at(u.flatten(0, 1)).view(len(y), len(x), -1)
+
+
+def _seams(bench):
+    height, width = bench.plane.shape[:2]
+    borders = [torch.arange(1, EXTENT) * n for n in (width, height)]
+
+    def across(name):
+        found = seams(_endless(bench.made(name)), *borders)
+        return f"{found:.2f}", found > SEAM if name == "tiling" else found <= SEAM
+
+    for name in SYNTHESES:
+        control = name == "tiling"
+        yield Case(f"exemplar that does not tile: {name}",
+                   f"mean step across the exemplar's borders {'above' if control else 'at most'} {SEAM:g} times that "
+                   f"inside{' (control: it must show)' if control else ''}",
+                   "none: a null" if control else "patches keep inside an exemplar unless `tileable`",
+                   lambda name=name: across(name))  # fmt: skip
+
+    def cuts(plane):
+        return _largest_steps(plane) / _largest_steps(bench.plane)
+
+    def cut(name):
+        found = cuts(_endless(bench.made(name)))
+        return f"{found:.2f}", found <= CUTS
+
+    for name in SYNTHESES:
+        if name != "tiling":
+            yield Case(f"seams at borders of tiles and patches: {name}",
+                       f"the largest of 1000 steps between texels at most {CUTS:g} times the exemplar's",
+                       "blended or cut along least errors", lambda name=name: cut(name))  # fmt: skip
+
+    def blocks():
+        found = cuts(_shuffled(bench.plane, bench.seed))
+        return f"{found:.2f}", found > CUTS
+
+    yield Case(f"seams between blocks of {BLOCK} x {BLOCK} texels that are not fitted", f"above {CUTS:g} (control: it "
+               "must show)", "none: a null", blocks)  # fmt: skip
+
+
+def _largest_steps(plane):
+    """Return the quantile .999 of the lengths of steps between neighbouring texels of a plane."""
+    steps = [plane.diff(dim=axis).norm(dim=-1).flatten() for axis in (0, 1)]
+    steps = torch.cat(steps).sort().values
+    return steps[int(0.999 * (len(steps) - 1))].item()
+
+
+def _shuffled(plane, seed):
+    """Return a plane with its blocks in random order."""
+    rows, columns = (n // BLOCK for n in plane.shape[:2])
+    blocks = plane[: rows * BLOCK, : columns * BLOCK].unflatten(0, (rows, BLOCK)).unflatten(2, (columns, BLOCK))
+    blocks = blocks.transpose(1, 2).flatten(0, 1)
+    blocks = blocks[torch.randperm(len(blocks), generator=torch_generator(seed, "blocks"))]
+    blocks = blocks.unflatten(0, (rows, columns)).transpose(1, 2)
+    return blocks.flatten(2, 3).flatten(0, 1)
+
+
+def _odd_exemplars(bench):
+    channels = bench.plane.shape[2]
+    generator = torch_generator(bench.seed, "exemplars")
+    pattern = torch.rand(*bench.plane.shape[:2], generator=generator) < 0.3
+    ends = torch.randn(2, channels, generator=generator)
+    exemplars = {
+        f"tiny exemplar, {TINY} x {TINY}": bench.plane[:TINY, :TINY].contiguous(),
+        "exemplar of one texel": bench.plane[:1, :1].contiguous(),
+        "exemplar of 3 x 5 texels": bench.plane[:3, :5].contiguous(),
+        "one colour": ends[0].expand_as(bench.plane).contiguous(),
+        "two colours": ends[pattern.long()],
+    }
+
+    def within(name, plane):
+        features = bench.features(SYNTHESES[name](plane, bench.seed))
+        low, high = (getattr(plane.flatten(0, 1), end)(0).values for end in ("min", "max"))
+        beyond = torch.maximum(low - features, features - high).amax().clamp_min(0).item()
+        reference = (high - low).max().item() or high.abs().max().item()
+        return f"beyond by {beyond / reference:.2g}", bool(
+            features.isfinite().all()
+        ) and beyond <= OVERSHOOT * reference
+
+    for case, plane in exemplars.items():
+        for name in SYNTHESES:
+            yield Case(f"{case}: {name}", f"finite, beyond the exemplar's features by at most {OVERSHOOT:g} of their "
+                       "range", "blends are cut to the exemplar's range",
+                       lambda name=name, plane=plane: within(name, plane))  # fmt: skip
+
+
+def _broken(bench, method, value):
+    plane = bench.plane.clone()
+    plane[1, 2, 0] = value
+    method(plane, bench.seed)
+    return "accepted", False
+
+
+def _places(bench):
+    def same(place):
+        found = []
+        for name in SYNTHESES:
+            cell, fraction = bench.positions(f"at {place:g}", 1 << 6)
+            cell = cell + int(place)
+            method = bench.made(name)
+            if not torch.equal(method.at(cell + fraction), method.at_cell(cell, fraction)):
+                found.append(name)
+        return f"other bits in {', '.join(found) or 'none'} of {len(SYNTHESES)}", not found
+
+    def alike(place):
+        cell, fraction = bench.positions("spread", 1 << 4)
+        worst = 0.0
+        for name in SYNTHESES:
+            near, far = (bench.made(name).at_cell(cell + int(at), fraction).std(0) for at in (0, place))
+            worst = max(worst, (far / near - 1).abs().max().item())
+        return f"at most {worst:.1%}", worst < 0.1
+
+    for place in PLACES:
+        yield Case(f"u about {place:g}", "for all methods the bits that an integer cell and a fraction give",
+                   "choices hash integers, float64 positions", lambda place=place: same(place))  # fmt: skip
+        yield Case(f"spread of features about u = {place:g}", "standard deviations of all channels within 10 % of "
+                   "those about 0", "choices hash integers", lambda place=place: alike(place))  # fmt: skip
+
+    def odd(value):
+        u = torch.rand(8, 2, dtype=torch.float64, generator=torch_generator(bench.seed, "odd"))
+        expected = {name: bench.made(name).at(u) for name in SYNTHESES}
+        u[3, 1] = value
+        wrong = []
+        for name, right in expected.items():
+            found = bench.made(name).at(u)
+            rest = torch.arange(8) != 3
+            if not (found[3].isnan().all() and torch.equal(found[rest], right[rest])):
+                wrong.append(name)
+        return f"otherwise in {', '.join(wrong) or 'none'} of {len(SYNTHESES)}", not wrong
+
+    for value in (math.nan, math.inf, 1e300):
+        yield Case(f"u is {value:g} in one query of 8", "NaN there, no other query changed, for all methods", GUARDED,
+                   lambda value=value: odd(value))  # fmt: skip
+
+
+def _batches(bench):
+    def same():
+        cell, fraction = bench.positions("batches")
+        level = torch.rand(len(cell), generator=torch_generator(bench.seed, "levels")) * 3
+        order = torch.randperm(len(cell), generator=torch_generator(bench.seed, "order"))
+        wrong = []
+        for name in SYNTHESES:
+            method = bench.made(name)
+            whole = method.at_cell(cell, fraction, level)
+            turned = method.at_cell(cell[order], fraction[order], level[order])
+            parts = [method.at_cell(cell[k : k + 1], fraction[k : k + 1], level[k : k + 1]) for k in range(16)]
+            if not (torch.equal(whole[order], turned) and torch.equal(whole[:16], torch.cat(parts))):
+                wrong.append(name)
+        return f"other bits in {', '.join(wrong) or 'none'} of {len(SYNTHESES)}", not wrong
+
+    yield Case("order and size of the batch, fractional levels", "the same bits for all methods",
+               "sums of fixed order, no products of matrices", same)  # fmt: skip
+
+
+def _levels(bench):
+    rows = bench.plane.flatten(0, 1)
+    level = math.log2(FAR * max(bench.plane.shape[:2]))
+
+    def mean(name):
+        off = ((bench.features(bench.made(name), "far", level) - rows.mean(0)) / rows.std(0)).abs().max().item()
+        return f"off by {off:.2g} standard deviations", off <= LEVEL
+
+    for name in SYNTHESES:
+        yield Case(f"{FAR} exemplars under a pixel: {name}", "every feature within "
+                   f"{LEVEL:g} standard deviations of the exemplar's mean", "prefiltered planes, a table a level",
+                   lambda name=name: mean(name))  # fmt: skip
