@@ -46,7 +46,9 @@ def test_autocorrelation_of_a_plane_that_does_not_tile_counts_its_pairs():
 def test_cells_are_multiples_of_the_lattice(sides):
     (a, b), (c, d) = sides
     plane = lattice(*sides, 96)
-    for x, y in cell_sides(autocovariance(plane, False), 96 * 96 / 18, (55, 55)):
+    found, like = cell_sides(autocovariance(plane, False), 96 * 96 / 18, (55, 55))
+    assert like > 0.8
+    for x, y in found:
         f, g = (d * x - c * y) / (a * d - b * c), (a * y - b * x) / (a * d - b * c)
         assert abs(f - round(f)) < 0.03 and abs(g - round(g)) < 0.03
 

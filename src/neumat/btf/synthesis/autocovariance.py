@@ -6,11 +6,10 @@ from neumat.btf.hashing import hashed_integers
 from neumat.btf.planes import blend
 from neumat.btf.synthesis.base import Synthesis
 from neumat.btf.synthesis.gaussian import GaussianPlane
-from neumat.btf.synthesis.lattice import autocovariance, cell_sides
+from neumat.btf.synthesis.lattice import Cells, autocovariance, cell_sides, whole_and_rest
 from neumat.btf.synthesis.triangles import usage
 from neumat.seeds import torch_generator
 
-PARTS = 16  # of a texel, to which the cells' sides are rounded
 DRAWS = 1024  # positions that patches are drawn from, at most
 SHARPNESS = 32  # the power of the autocorrelation by which positions are drawn
 
@@ -29,10 +28,8 @@ class Autocovariance(Synthesis):
         super().__init__(plane, seed, tileable)
         correlation = autocovariance(plane, tileable)
         most = [max(1, int(0.6 * n) - 2) for n in (self.width, self.height)]
-        sides = cell_sides(correlation, most[0] * most[1] / 6, most)
-        self.a, self.b, self.c, self.d = (round(PARTS * x) for side in sides for x in side)
-        self.area = self.a * self.d - self.b * self.c
-        half = round((self.a + self.c) / (2 * PARTS)), round((self.b + self.d) / (2 * PARTS))
+        self.cells = Cells(cell_sides(correlation, most[0] * most[1] / 6, most)[0])
+        half = [x.item() for x in self.cells.point(torch.tensor(1), torch.tensor(1))]
         self.draws = torch.stack([self._draws(correlation, shift) for shift in (half, (0, 0))])
         self.gaussian = GaussianPlane(plane, self._usage(plane.device), tileable)
         self.stored = [*self.gaussian.stored, self.draws]
@@ -46,35 +43,25 @@ class Autocovariance(Synthesis):
 
     def _patches(self, cell, fraction):
         """Return positions in the exemplar (n, 2, 2), float64, and weights (n, 2), float32, of sum 1."""
-        size = torch.tensor([self.width, self.height], device=cell.device)
-        texel = fraction * size
-        whole = torch.floor(texel)
-        (x, y), (rest_x, rest_y) = (cell * size + whole.long()).unbind(1), (texel - whole).unbind(1)
-        i, f = self._split(self.d * x - self.c * y, self.d * rest_x - self.c * rest_y)
-        j, g = self._split(self.a * y - self.b * x, self.a * rest_y - self.b * rest_x)
+        x, rest_x = whole_and_rest(cell[:, 0], fraction[:, 0], self.width)
+        y, rest_y = whole_and_rest(cell[:, 1], fraction[:, 1], self.height)
+        i, j, f, g = self.cells.split(x, y, rest_x, rest_y)
         # In halves of cells: the middles of the first tiling's cells are odd, those of the second's even.
         middles = (2 * i + 1, 2 * j + 1), (2 * (i + (f >= 0.5).long()), 2 * (j + (g >= 0.5).long()))
+        size = torch.tensor([self.width, self.height], device=cell.device)
         positions = []
         for draws, (m, n) in zip(self.draws, middles, strict=True):
             drawn = draws[hashed_integers(torch.stack([m, n], -1), self.seed) * draws.shape[0] >> 32]
-            middle_x = torch.div(m * self.a + n * self.c + PARTS, 2 * PARTS, rounding_mode="floor")
-            middle_y = torch.div(m * self.b + n * self.d + PARTS, 2 * PARTS, rounding_mode="floor")
+            middle_x, middle_y = self.cells.point(m, n)
             local = torch.stack([x - middle_x + rest_x, y - middle_y + rest_y], -1)
             positions.append((drawn + local) / size)
         return torch.stack(positions, 1), _weights(f, g)
 
-    def _split(self, whole, rest):
-        """Return the cell and the place in it, [0, 1), of a coordinate (`whole` + `rest`) PARTS / area."""
-        cell = torch.div(PARTS * whole, self.area, rounding_mode="floor")
-        place = (PARTS * whole - cell * self.area + PARTS * rest) / self.area
-        more = torch.floor(place)
-        return cell + more.long(), place - more
-
     def _draws(self, correlation, shift):
         """Return positions in texels (k, 2) for cells' middles, as often as they shall be drawn."""
         bounds = []
-        for size, sides, far in ((self.width, (self.a, self.c), shift[0]), (self.height, (self.b, self.d), shift[1])):
-            reach = 0 if self.tileable else (abs(sides[0]) + abs(sides[1])) // (2 * PARTS) + 3
+        for size, box, far in zip((self.width, self.height), self.cells.box, shift, strict=True):
+            reach = 0 if self.tileable else box // 2 + 3
             places = torch.arange(reach, size - reach) if size > 2 * reach else torch.tensor([size // 2])
             lag = places - size // 2 - far
             if self.tileable:
@@ -97,11 +84,11 @@ class Autocovariance(Synthesis):
             return places + 1
         x, y = self.draws.flatten(0, 1).long().unbind(1)
         places.index_put_((y, x), torch.ones(len(x), dtype=torch.float64, device=device), accumulate=True)
-        x = torch.arange(1 - self.width, self.width, device=device)
-        y = torch.arange(1 - self.height, self.height, device=device)[:, None]
-        f, g = ((s * x - t * y) * PARTS / self.area + 0.5 for s, t in ((self.d, self.c), (-self.b, -self.a)))
-        inside = (f >= 0) & (f < 1) & (g >= 0) & (g < 1)
-        return usage(places, torch.where(inside, _weights(f, g)[..., 0].double().square(), 0))
+        x = torch.arange(1 - self.width, self.width, device=device).expand(2 * self.height - 1, -1)
+        y = torch.arange(1 - self.height, self.height, device=device)[:, None].expand_as(x)
+        i, j, f, g = self.cells.split(x, y, *self.cells.middle)
+        weight = _weights(f, g)[..., 0].double().square()
+        return usage(places, torch.where((i == 0) & (j == 0), weight, 0))
 
     def _likeness(self, device):
         """Return the correlations (c,) of the Gaussian variables of the two patches over a position."""

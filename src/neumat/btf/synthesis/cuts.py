@@ -16,25 +16,22 @@ def comparable(plane):
     return (components / scale).T.reshape(-1, *plane.shape[:2])
 
 
-def mismatches(features, targets, known, tileable):
-    """Return the sums of squared differences (n, H', W') from each `targets` (n, k, h, w) to the patches of `features`
-    (k, H, W) whose first texel is at each position, over the texels `known` (n, h, w) or (h, w).
-
-    H' and W' are H and W if the exemplar is `tileable`; else H - h + 1, W - w + 1.
-    """
+def mismatches(features, targets, known):
+    """Return the sums of squared differences (n, H - h + 1, W - w + 1) of each `targets` (n, k, h, w) from the patches
+    of `features` (k, H, W) whose first texel is at each position, over the texels `known` (h, w)."""
     size = features.shape[1:]
-    known = known.to(features.dtype).expand(len(targets), *targets.shape[2:])
-    spectra = torch.fft.rfft2(features)
+    known = known.to(features.dtype)
     energy = torch.fft.rfft2(features.square().sum(0)) * torch.fft.rfft2(known, size).conj()
-    shared = (spectra * torch.fft.rfft2(targets * known[:, None], size).conj()).sum(1)
+    shared = (torch.fft.rfft2(features) * torch.fft.rfft2(targets * known, size).conj()).sum(1)
     errors = torch.fft.irfft2(energy - 2 * shared, size) + (targets.square().sum(1) * known).sum((1, 2))[:, None, None]
-    if not tileable:
-        errors = errors[:, : size[0] - targets.shape[2] + 1, : size[1] - targets.shape[3] + 1]
-    return errors.clamp_min(0)
+    return errors[:, : size[0] - targets.shape[2] + 1, : size[1] - targets.shape[3] + 1].clamp_min(0)
 
 
-def fitting(errors, generator):
-    """Return positions (n, 2), row and column, drawn among those whose `errors` (n, H, W) are nearly the least."""
+def fitting(errors, generator, room=None):
+    """Return positions (n, 2), row and column, drawn among those whose `errors` (n, H, W) are nearly the least, where
+    there is `room` (H, W)."""
+    if room is not None:
+        errors = torch.where(room, errors, errors.amax() + 1)
     flat = errors.flatten(1).cpu()
     limit = TOLERANCE * flat.amin(1, keepdim=True) + 1e-3 * flat.mean(1, keepdim=True) + 1e-12
     draws = torch.rand(flat.shape, generator=generator)

@@ -2,7 +2,46 @@
 
 import torch
 
+PARTS = 16  # of a texel, to which the cells' sides are rounded: products of far cells and sides stay exact integers
 CANDIDATES = 96  # peaks of the autocovariance that are tried as sides of cells
+
+
+class Cells:
+    """Cells between the lattice points i v + j w, for integers i, j and `sides` v, w in texels [(x, y), (x, y)].
+
+    All arithmetic on cells is exact, at any distance.
+    """
+
+    def __init__(self, sides):
+        (self.a, self.b), (self.c, self.d) = ([round(PARTS * x) for x in side] for side in sides)
+        self.area = self.a * self.d - self.b * self.c
+        self.middle = (self.a + self.c) / (2 * PARTS), (self.b + self.d) / (2 * PARTS)  # of cell (0, 0)
+        self.box = [-(-(abs(v) + abs(w)) // PARTS) for v, w in ((self.a, self.c), (self.b, self.d))]
+
+    def split(self, x, y, rest_x, rest_y):
+        """Return the cells i, j, int64, and the places in them f, g, float64 in [0, 1), of texel coordinates, each an
+        integer and a rest."""
+        i, f = self._split(self.d * x - self.c * y, self.d * rest_x - self.c * rest_y)
+        j, g = self._split(self.a * y - self.b * x, self.a * rest_y - self.b * rest_x)
+        return i, j, f, g
+
+    def _split(self, whole, rest):
+        cell = torch.div(PARTS * whole, self.area, rounding_mode="floor")
+        place = (PARTS * whole - cell * self.area + PARTS * rest) / self.area
+        more = torch.floor(place)
+        return cell + more.long(), place - more
+
+    def point(self, m, n):
+        """Return the texel (x, y), int64, nearest to m / 2 v + n / 2 w for integers m, n."""
+        pairs = ((self.a, self.c), (self.b, self.d))
+        return [torch.div(m * v + n * w + PARTS, 2 * PARTS, rounding_mode="floor") for v, w in pairs]
+
+
+def whole_and_rest(cell, fraction, size, shift=0.0):
+    """Return the texel coordinate `cell` + `fraction` times `size` plus `shift` as integers and rests in [0, 1)."""
+    texel = fraction * size + shift
+    whole = torch.floor(texel)
+    return cell * size + whole.long(), texel - whole
 
 
 def autocovariance(plane, tileable):
@@ -23,7 +62,8 @@ def autocovariance(plane, tileable):
 
 
 def cell_sides(correlation, least, most):
-    """Return two lags [(x, y), (x, y)], floats, that span a cell on whose lattice the exemplar looks most like itself.
+    """Return two lags [(x, y), (x, y)], floats, and how alike the exemplar is at the less good of them. The lags span a
+    cell on whose lattice the exemplar looks most like itself.
 
     correlation: as from `autocovariance`. The cell's bounding box is at most about `most` (x, y) texels, its area at
     least `least` texels. Lags are refined to parts of a texel.
@@ -45,11 +85,11 @@ def cell_sides(correlation, least, most):
     # Of cells about equally good the larger: fewer borders.
     pair = torch.where(fits, both + 0.1 * area / (most[0] * most[1]), -torch.inf).flatten().argmax().item()
     if not fits.any():
-        return [(float(most[0]), 0.0), (0.0, float(most[1]))]
+        return [(float(most[0]), 0.0), (0.0, float(most[1]))], 0.0
     first, second = (_refined(correlation.cpu(), *lags[k].tolist()) for k in (pair // len(lags), pair % len(lags)))
     if first[0] * second[1] - first[1] * second[0] < 0:
         first, second = second, first
-    return [first, second]
+    return [first, second], both.flatten()[pair].item()
 
 
 def _refined(correlation, x, y):
