@@ -29,8 +29,10 @@ def query_directions(sweeps, pairs, seed, largest=LARGEST):
 
     Each is drawn by `directions.random_directions`, even over the disk of radius theta up to `largest`, radians.
     """
-    drawn = [random_pairs(pairs, torch_generator(seed, "directions", sweep), largest) for sweep in sweeps]
-    return tuple(torch.stack(directions) for directions in zip(*drawn, strict=True))
+    light, view = torch.empty(2, len(sweeps), pairs, 3)
+    for k, sweep in enumerate(sweeps):
+        light[k], view[k] = random_pairs(pairs, torch_generator(seed, "directions", sweep), largest)
+    return light, view
 
 
 def capture_queries(surface, texels, sweeps, pairs, samples, seed, progress=iter, **options):

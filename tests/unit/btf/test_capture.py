@@ -1,6 +1,7 @@
 """The virtual gonioreflectometer: closed forms of light on known shapes, and numbers that don't depend on shards."""
 
 import math
+from pathlib import Path
 
 import pytest
 import torch
@@ -13,8 +14,11 @@ from neumat.btf.directions import concentric_direction, spherical
 from neumat.btf.gonioreflectometer import Facets, Gonioreflectometer
 from neumat.btf.relief import relief
 from neumat.btf.store import read_btf
+from neumat.btf.surfaces.surface import Surface
+from neumat.config import load_surface
 from neumat.errors import NeumatError
 
+ROOT = Path(__file__).parents[3]
 UP = torch.tensor([[[0.0, 0.0, 1.0]]])
 
 
@@ -162,7 +166,7 @@ def test_shards_gather_to_the_store_of_one_job(waves, tmp_path):
         capture.write_queries(tmp_path / name, waves, 8, sweeps, 16, 2, 3)
         return tmp_path / name
 
-    shards = [write(f"{k}.h5", capture.share(5, k, 3)) for k in range(3)]
+    shards = [write(f"{k}.h5", capture.share(5, k, 6)) for k in range(6)]  # the first has nothing to do
     capture.gather(shards, tmp_path / "gathered.h5")
     gathered, whole = read_btf(tmp_path / "gathered.h5"), read_btf(write("whole.h5", range(5)))
     assert torch.equal(gathered.values(range(5)), whole.values(range(5)))
@@ -173,6 +177,21 @@ def test_shards_gather_to_the_store_of_one_job(waves, tmp_path):
     with pytest.raises(NeumatError, match=r"other\.h5"):
         capture.gather([shards[0], tmp_path / "other.h5"], tmp_path / "bad.h5")
     assert not (tmp_path / "bad.h5").exists()
+
+
+def test_surface_of_a_config_is_captured_with_all_that_tells_what_it_is(tmp_path):
+    config = load_surface(ROOT / "config/btf/weave.yaml", ROOT / "workflow/schemas/btf.schema.json")
+    surface = Surface({**config, "tileable": True})
+    capture.write_queries(tmp_path / "a.h5", surface, 12, range(2), 16, 4, 0)
+    light = view = torch.tensor([[0.0, 0.6, 0.8]])
+    capture.write_pictures(tmp_path / "b.h5", surface.infinite(), 12, light, view, 1, 0, extent=1.5)
+    queries, pictures = read_btf(tmp_path / "a.h5"), read_btf(tmp_path / "b.h5")
+    for store, size in ((queries, 12), (pictures, 18)):
+        values = store.values(range(store.sweeps)).float()
+        assert values.shape == (store.sweeps, size, size, 3)
+        assert 0 < values.mean() < 1 / math.pi and (values > 0).float().mean() > 0.5
+        assert (store.surface, store.size_mm) == (surface.config, config["size_mm"])
+    assert (queries.tileable, pictures.tileable, pictures.extent) == (True, False, 1.5)
 
 
 @pytest.mark.parametrize(("count", "shards"), [(5, 3), (2, 4), (500, 7), (0, 1)])
