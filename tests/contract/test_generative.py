@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 import torch
+from safetensors import safe_open
+from safetensors.torch import save_file
 
 from neumat.augment.permutations import PERMUTATIONS
 from neumat.errors import NeumatError
@@ -118,6 +120,17 @@ def test_unreadable_files_and_other_schemas_are_refused(fitted, tmp_path, monkey
     fitted["copies"].save(path)
     monkeypatch.undo()
     with pytest.raises(NeumatError, match="schema 3; found 999"):
+        METHODS["copies"].load(path)
+
+
+def test_a_model_without_a_digest_is_refused(fitted, tmp_path):
+    path = tmp_path / "model.safetensors"
+    fitted["copies"].save(path)
+    with safe_open(path, "pt") as file:
+        metadata = {key: text for key, text in file.metadata().items() if key != "digest"}
+        tensors = {name: file.get_tensor(name) for name in file.keys()}
+    save_file(tensors, path, metadata)
+    with pytest.raises(NeumatError, match="as it was written"):
         METHODS["copies"].load(path)
 
 

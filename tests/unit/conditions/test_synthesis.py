@@ -70,6 +70,29 @@ def test_requests_are_served_as_the_model_was_configured_where_they_do_not_say(g
     assert drawn == [expected]
 
 
+def test_an_answer_that_other_programs_show_wrong_is_replaced_by_one_to_the_same_request(lambert, leaning, monkeypatch):
+    """Of two answers to each of two requests, the last cannot be mended at first."""
+    drawn, rounds = [], []
+
+    class Model:
+        def candidates(self, n, seed, request, guidance, start):
+            drawn.append((n, seed, guidance))
+            return lambert(*request["category"][:, 0].tolist()), n
+
+    def mended(weights):
+        rounds.append(weights)
+        return torch.cat([weights[:-1], leaning(1.0)[None]]) if len(rounds) == 1 else weights
+
+    monkeypatch.setattr("neumat.generative.anew.mended", mended)
+    served = Synthesiser.__new__(Synthesiser)
+    served.model, served.embed = Model(), lambda asked: asked
+    asked = {"category": torch.tensor([[0.2], [0.7]])}
+    weights, count = served.answers(asked, 2, 0, {"category": 2.0}, 16)
+    assert torch.equal(weights, lambert(0.2, 0.2, 0.7, 0.7).view(2, 2, -1))
+    assert count == 5 and [(n, guidance) for n, _, guidance in drawn] == [(4, 2.0), (1, 1.0)]
+    assert drawn[0][1] != drawn[1][1]
+
+
 @pytest.mark.parametrize(
     ("numbers", "words"),
     [((0, 1.0, 1), "n: expected at least 1"), ((1, 1.0, 0), "candidates"), ((1, -2.0, 1), "guidance"),
