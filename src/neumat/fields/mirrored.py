@@ -16,7 +16,8 @@ from neumat.seeds import torch_generator
 
 LIMIT = 0.1  # largest error of the brightness
 NONE = 1e-3  # an error below which a field is left as it is
-ROUNDS = 3  # of training; from the second on of those fields that are still beyond the limit
+FAR = LIMIT / 2  # an error beyond which a field is trained again: over other pairs of directions it is not the same
+ROUNDS = 3  # of training
 EVERY = 97  # a step through the entries above the horizon that no length of the grid's axes divides
 TRAINING = {
     "samples": 12_800,
@@ -55,7 +56,7 @@ def mended(weights):
     """
     result, error = weights.clone(), unfolded_error(weights)
     for round_ in range(ROUNDS):
-        wrong = (error > (LIMIT if round_ else NONE)).nonzero()[:, 0]
+        wrong = (error > (FAR if round_ else NONE)).nonzero()[:, 0]
         for first in range(0, len(wrong), GROUP):
             rows = wrong[first : first + GROUP]
             trained = _trained(weights[rows], result[rows], f"mended {round_}")
