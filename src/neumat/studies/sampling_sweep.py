@@ -4,7 +4,6 @@ import time
 from dataclasses import replace
 
 import pandas as pd
-import torch
 
 from neumat.generative.samplers import SAMPLERS
 from neumat.metrics.score import Scorer
@@ -18,7 +17,7 @@ def sweep(protocol, dataset, model, nfes, shares, draws, size, seed, progress=it
     protocol: see `neumat.studies.protocols`; dataset: its training side; model: an unfitted HyperDiffusion whose
     sampler and nfe are the default. It is trained with each of `shares` of its steps and then sampled as it is;
     trained in full, it is sampled by every sampler with each of `nfes` evaluations. Seconds are of this run and of
-    draws * size samples.
+    draws * size samples, as the sampler leaves them.
     """
     trained = [
         ("training", f"{share:g} of the steps", replace(model, steps=max(1, round(share * model.steps))))
@@ -30,7 +29,7 @@ def sweep(protocol, dataset, model, nfes, shares, draws, size, seed, progress=it
 
     def measure(family, label, fitted, train_seconds):
         start = time.perf_counter()
-        samples = torch.from_numpy(fitted.sample(draws * size, seed))
+        samples = fitted.draw(draws * size, seed)
         seconds = time.perf_counter() - start
         scores = scorer.score(protocol.fields(samples), draws, label)
         means = scores.groupby(["metric", "distance"], sort=False)["value"].mean().reset_index()
