@@ -3,18 +3,18 @@ PYTHON ?= python3.11
 SNAKEMAKE = .venv/bin/snakemake
 STAMP = .venv/installed
 
-.PHONY: all report charts generalisation smoke test test-package test-workflow lint embedded readme config-table
+.PHONY: all report charts generalisation btf btf_all smoke test test-package test-workflow lint embedded readme config-table
 
 all: $(STAMP)
 	$(SNAKEMAKE)
 	$(SNAKEMAKE) --report results/report.html
 
-charts generalisation: $(STAMP)
+charts generalisation btf btf_all: $(STAMP)
 	$(SNAKEMAKE) $@
 
 # The report over what is there: the run of `all`, which is made first where it is missing, and the other targets made.
 report: $(STAMP) results/tables/run.csv
-	$(SNAKEMAKE) --report results/report.html -- all $(foreach t,charts generalisation,$(if $(wildcard results/tables/run-$t.csv),$t))
+	$(SNAKEMAKE) --report results/report.html -- all $(foreach t,charts generalisation btf btf_all,$(if $(wildcard results/tables/run-$t.csv),$t))
 
 results/tables/run.csv: | $(STAMP)
 	$(SNAKEMAKE)

@@ -155,7 +155,11 @@ rule btf_ours:
         held_out="results/btf/captures/{surface}/held-out.h5",
     output:
         planes="results/btf/figures/{surface}-planes.png",
-        fits="results/btf/figures/{surface}-ours.png",
+        fits=report(
+            "results/btf/figures/{surface}-ours.png",
+            caption="../report/btf_ours.rst",
+            category="Surfaces",
+        ),
         endless="results/btf/figures/{surface}-endless.png",
     log:
         "results/logs/btf_ours/{surface}.log",
@@ -182,7 +186,11 @@ rule btf_synthesised:
         queries="results/btf/captures/{surface}/queries.h5",
         truth="results/btf/truth/{surface}-{extent}x.h5",
     output:
-        "results/btf/figures/{surface}-synthesis-{extent}x.png",
+        report(
+            "results/btf/figures/{surface}-synthesis-{extent}x.png",
+            caption="../report/btf_synthesised.rst",
+            category="Surfaces",
+        ),
     log:
         "results/logs/btf_synthesised/{surface}-{extent}x.log",
     benchmark:
@@ -245,8 +253,16 @@ rule btf_tables:
             "results/btf/synthesis/{surface}.csv", surface=config["btf"]["surfaces"]
         ),
     output:
-        representations="results/btf/tables/representations.csv",
-        synthesis="results/btf/tables/synthesis.csv",
+        representations=report(
+            "results/btf/tables/representations.csv",
+            caption="../report/btf_representations.rst",
+            category="Surfaces",
+        ),
+        synthesis=report(
+            "results/btf/tables/synthesis.csv",
+            caption="../report/btf_synthesis.rst",
+            category="Surfaces",
+        ),
     log:
         "results/logs/btf_tables.log",
     benchmark:
@@ -267,7 +283,11 @@ rule btf_relief:
     input:
         expand("results/btf/quality/{fit}.csv", fit=BTF_RELIEF),
     output:
-        "results/btf/tables/relief.csv",
+        report(
+            "results/btf/tables/relief.csv",
+            caption="../report/btf_relief.rst",
+            category="Surfaces",
+        ),
     log:
         "results/logs/btf_relief.log",
     benchmark:
@@ -289,9 +309,17 @@ rule btf_chart:
         expand("results/btf/quality/{fit}.csv", fit=BTF_CHART),
     output:
         table="results/btf/charts/representations.csv",
-        by_bytes="results/btf/charts/representations-bytes.png",
+        by_bytes=report(
+            "results/btf/charts/representations-bytes.png",
+            caption="../report/btf_chart.rst",
+            category="Surfaces",
+        ),
         by_bytes_vector="results/btf/charts/representations-bytes.svg",
-        by_ns="results/btf/charts/representations-ns.png",
+        by_ns=report(
+            "results/btf/charts/representations-ns.png",
+            caption="../report/btf_chart.rst",
+            category="Surfaces",
+        ),
         by_ns_vector="results/btf/charts/representations-ns.svg",
     log:
         "results/logs/btf_chart.log",
