@@ -39,6 +39,7 @@ def test_default_target_plans_data_to_report(tmp_path, overlays):
         "btf_tables",
         "btf_relief",
         "btf_chart",
+        "btf_stability",
     }
 
 

@@ -335,3 +335,29 @@ rule btf_chart:
         code=code("btf_chart"),
     script:
         "../scripts/btf_chart.py"
+
+
+rule btf_stability:
+    output:
+        report(
+            "results/btf/tables/stability.csv",
+            caption="../report/btf_stability.rst",
+            category="Stability",
+        ),
+    log:
+        "results/logs/btf_stability.log",
+    benchmark:
+        "results/benchmarks/btf_stability.tsv"
+    conda:
+        "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=3000,
+        runtime=15,
+    params:
+        code=code("btf_stability"),
+        surface=lambda wildcards: surface_of(BTF["surface"]),
+        settings=BTF["stability"],
+        seed=config["seed"],
+    script:
+        "../scripts/btf_stability.py"
