@@ -5,6 +5,7 @@ import torch
 from neumat.augment.permutations import PERMUTATIONS
 from neumat.errors import NeumatError
 from neumat.fields.layout import SIZE, permute_channels
+from neumat.fields.mirrored import LIMIT, unfolded_error
 from neumat.generative.base import Dataset
 from neumat.generative.hyperdiffusion import HyperDiffusion, linear_sigmas, noisy_share
 from neumat.generative.orders import ORDERS
@@ -58,6 +59,13 @@ def test_what_begins_with_a_material_ends_with_its_order_of_channels():
     start = torch.cat([permute_channels(weights[:1], order) for order in PERMUTATIONS])
     ended = model.integrate(lambda x, sigma, rows: denoiser(x, sigma), coordinates, 6, 1, (start, 0.1))
     assert torch.equal(ended[:, -3:].argsort(1), start[:, -3:].argsort(1))
+
+
+def test_samples_are_right_without_folding_where_draws_are_not(leaning):
+    weights = leaning(1.0) + 0.001 * torch.randn(60, SIZE, generator=generator())
+    model = HyperDiffusion(**TOY | {"steps": 100}).fit(dataset(weights), seed=0)
+    drawn, samples = model.draw(20, seed=1), torch.from_numpy(model.sample(20, seed=1))
+    assert (unfolded_error(drawn) > LIMIT).all() and (unfolded_error(samples) < 0.05).all()
 
 
 @pytest.mark.parametrize("tokens", ["layer", "neuron"])
