@@ -8,13 +8,13 @@ from neumat.errors import NeumatError
 
 SWEEPS = 64  # that are looked at
 TEXELS = 4096  # of each
-SHARE, LEVEL = 0.9, 0.6  # nine values of ten are darker than .6 of the display's white, which sRGB shows as .80
+SHARE, LEVEL = 0.95, 0.6  # of 20 values, 19 are darker than .6 of the display's white, which sRGB shows as .80
 
 
 def exposure(store):
     """Return the factor, in sr, that values of the BtfStore `store` are multiplied by before they are shown as sRGB.
 
-    The 90th percentile of the brightness (mean of the channels) becomes 0.6, linear. Highlights beyond 1 are clipped
+    The 95th percentile of the brightness (mean of the channels) becomes 0.6, linear. Highlights beyond 1 are clipped
     when shown. It depends on the pairs of directions in the store: take it once for a surface, from the store that
     representations are fitted to, and use it for all pictures of that surface. Raises NeumatError for a black
     store, and for NaN.
@@ -26,5 +26,5 @@ def exposure(store):
     if math.isnan(level):
         raise NeumatError("store", "finite values", "NaN or infinite ones")
     if not level > 0:
-        raise NeumatError("store", "values of which a tenth is above 0", f"a 90th percentile of {level:.3g}")
+        raise NeumatError("store", "values of which a twentieth is above 0", f"a 95th percentile of {level:.3g}")
     return LEVEL / level

@@ -19,7 +19,7 @@ def nodes(position, side):
 
 def gather(plane, index, weight):
     """Return the features (c, p) of the plane (side^2, c) at `nodes`."""
-    corners = plane[index]
+    corners = plane.index_select(0, index.flatten()).view(*index.shape, -1)
     return (corners * weight[:, :, None]).sum(0).T
 
 

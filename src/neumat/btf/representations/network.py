@@ -21,7 +21,7 @@ def forward(first, layers, plane, angular):
 
 
 def gradients(first, layers, plane, angular, target, loss, block=BLOCK):
-    """Return (of first, [of layers], of plane (c, K, p), of angular (width, p)): gradients of the summed loss.
+    """Return ([of first, of layers], of plane (c, K, p), of angular (width, p)): gradients of the summed loss.
 
     first (width, c), layers [(width, width), ..., (3, width)], plane (c, K, p), angular (width, p), target (3, K, p).
     loss: one of LOSSES of output minus target: the absolute value, half the square, or Huber's between them (0.05).
@@ -48,4 +48,4 @@ def gradients(first, layers, plane, angular, target, loss, block=BLOCK):
         found[0].addmm_(back, inputs.T)
         of_plane[:, part] = (first.T @ back).view(of_plane[:, part].shape)
         of_angular += back.view(len(back), -1, pairs).sum(1)
-    return found[0], found[1:], of_plane, of_angular
+    return found, of_plane, of_angular

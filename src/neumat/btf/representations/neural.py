@@ -10,6 +10,7 @@ from neumat.btf.representations.base import Representation
 from neumat.btf.representations.batches import batches, rows_of_pairs
 from neumat.btf.representations.encoding import Encoding
 from neumat.btf.representations.network import forward
+from neumat.btf.representations.storage import packed, unpacked
 from neumat.btf.representations.training import train
 from neumat.seeds import torch_generator
 
@@ -23,20 +24,21 @@ class Neural(Representation):
     channels: of the plane of positions. side, features: nodes along a side and channels of each plane of directions.
     width, hidden: units in a hidden layer, and hidden layers. curve: of the `Encoding` that the network answers in.
     loss: one of `network.LOSSES`. samples: values that training visits. rate, texel_rate: the highest learning rates of
-    network and planes of directions, and of the plane of positions. Planes are stored as float16, the network as
-    float32.
+    network and planes of directions, and of the plane of positions. bits: of a number in a stored plane, 32, 16 or 8;
+    the network is stored as float32.
     """
 
     channels: int = 8
-    side: int = 32
+    side: int = 16
     features: int = 8
     width: int = 32
     hidden: int = 3
     curve: float = 24.0
     loss: str = "l1"
     samples: int = 150_000_000
-    rate: float = 3e-3
-    texel_rate: float = 1e-2
+    rate: float = 3e-2
+    texel_rate: float = 0.1
+    bits: int = 16
 
     def parametrise(self, light, view):
         """Return ([position (p, 2) on each plane of directions], extra inputs (e, p)) of light, view (p, 3)."""
@@ -44,7 +46,7 @@ class Neural(Representation):
 
     def positional(self):
         """Return the plane (H, W, channels) float32."""
-        return self.state["positional"].float()
+        return unpacked("positional", self.state)
 
     def _fit(self, store, seed, progress):
         return self._train(store, Encoding(exposure(store), self.curve), seed, progress)
@@ -61,12 +63,15 @@ class Neural(Representation):
 
         source = batches(store, encode, torch_generator(seed, "batches"))
         plane, angular, layers = train(self, self.parametrise, source, rows_of_pairs(store), seed, progress)
-        state = {
-            "positional": plane.flatten(1).T.reshape(store.height, store.width, -1).half(),
-            "angular": angular.half(),
-            "encoding": Encoding(encoding.exposure, encoding.curve, brightest).tensor(),
-        }
-        return state | {f"layer{k}": layer for k, layer in enumerate(layers)}
+        plane = plane.flatten(1).T.reshape(store.height, store.width, -1)
+        return self._state(plane, angular, layers, Encoding(encoding.exposure, encoding.curve, brightest))
+
+    def _state(self, plane, angular, layers, encoding):
+        """Return what is stored of a plane (H, W, c), planes of directions [(side^2, f)] and layers."""
+        state = packed("positional", plane, self.bits) | {"encoding": encoding.tensor()}
+        for k, one in enumerate(angular):
+            state |= packed(f"angular{k}", one.detach(), self.bits)
+        return state | {f"layer{k}": layer.detach() for k, layer in enumerate(layers)}
 
     def _eval(self, features, light, view):
         angular = self._angular(light, view)
@@ -88,6 +93,9 @@ class Neural(Representation):
         """Return what pairs of directions (n or 1, 3) add to the first layer, (width, n or 1)."""
         light, view = torch.broadcast_tensors(light, view)
         positions, extras = self.parametrise(light, view)
-        planes = zip(self.state["angular"].float(), positions, strict=True)
-        inputs = torch.cat([*(gather(plane, *nodes(position, self.side)) for plane, position in planes), extras])
+        fetched = [
+            gather(unpacked(f"angular{k}", self.state), *nodes(position, self.side))
+            for k, position in enumerate(positions)
+        ]
+        inputs = torch.cat([*fetched, extras])
         return self._layers()[0][:, self.channels :] @ inputs
