@@ -8,8 +8,8 @@ from neumat.btf.synthesis.triangles import Grid
 class Histogram(Synthesis):
     """Three patches over each position, blended as Gaussian variables by weights w / |w|, which keep the histogram.
 
-    Weights are the barycentric ones to the power 3 and patches keep inside an exemplar that does not tile (Burley
-    2019).
+    Weights are the barycentric ones to the power 6: where one patch counts alone, its channels fit together. Patches
+    keep inside an exemplar that does not tile (Burley 2019).
 
     decorrelate: blend principal components in place of the channels.
     """
@@ -24,6 +24,7 @@ class Histogram(Synthesis):
 
     def _features(self, cell, fraction, level):
         positions, weights = self.grid.patches(cell, fraction)
+        weights = weights * weights
         weights = weights * weights * weights
         a, b, c = weights.unbind(1)
         return self.gaussian.blend(min(level, self.top), positions, weights / (a * a + b * b + c * c).sqrt()[:, None])
