@@ -90,6 +90,19 @@ def test_features_vary_continuously_over_texels_but_for_few_seams(method):
     assert (apart > 1e-3).double().mean() < 0.002
 
 
+def test_levels_beyond_the_top_are_the_top_and_nan_is_nan(method):
+    u = positions(50)
+    features = method.at(u, torch.full((50,), 2.0))
+    for level, expected in ((math.inf, 60.0), (1e30, 60.0), (-math.inf, 0.0)):
+        levels = torch.full((50,), 2.0)
+        levels[7] = level
+        features[7] = method.at(u[7:8], expected)
+        assert torch.equal(method.at(u, levels), features)
+    levels[7] = math.nan
+    found = method.at(u, levels)
+    assert found[7].isnan().all() and torch.equal(found[8:], features[8:]) and torch.equal(found[:7], features[:7])
+
+
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 1e300])
 def test_a_position_that_is_none_gives_nan_and_leaves_the_others_alone(method, bad):
     u = positions(50)

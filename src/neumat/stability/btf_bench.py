@@ -19,6 +19,7 @@ PAIRS = 256  # of directions a sweep
 PATHS = 4  # a value
 HELD_OUT = 8  # pairs of directions that errors are measured at
 LARGEST = math.radians(75)  # of their views and lights
+CEILING = "encoded values are cut at the brightest that was fitted (`Encoding.ceiling`)"
 MEAN = 64  # a mean BRDF is fitted to as many times fewer samples
 
 
@@ -97,6 +98,19 @@ class BtfBench:
             model.samples = max(1, self.samples // (MEAN if name == "mean" else 1))
         return model.fit(store, self.seed)
 
+    def random_pairs(self, count, largest):
+        """Return random light and view, each (count, 3), up to `largest`, radians."""
+        return random_pairs(count, torch_generator(self.seed, "pairs"), largest)
+
+    def brightness(self, model, truth=None, shown=False):
+        """Return the mean of a model's pictures over that of those of `truth` (None: of the surface as it is); shown:
+        of pictures at the exposure of the base capture in which highlights are cut to 1."""
+        truth = truth or self.truth
+        pairs = zip(truth.light[:, 0], truth.view[:, 0], strict=True)
+        both = torch.stack([model.picture(*pair) for pair in pairs]), all_values(truth)
+        found, expected = ((each * exposure(self.base)).clamp_max(1) if shown else each for each in both)
+        return (found.mean() / expected.mean()).item()
+
     def psnr(self, model, truth=None, shown=None):
         """Return the PSNR, dB, of a model's pictures at the pairs of `truth` (None: of the surface as it is), shown at
         the exposure of the store `shown` (None: the base capture); not a number where a value is not finite."""
@@ -106,8 +120,7 @@ class BtfBench:
         if not found.isfinite().all():
             return math.nan
         factor = exposure(shown or self.base)
-        expected = truth.values(range(truth.sweeps)).float()
-        return compare_pictures(*(to_srgb8(pictures, factor) for pictures in (expected, found)))[0].mean()
+        return compare_pictures(*(to_srgb8(pictures, factor) for pictures in (all_values(truth), found)))[0].mean()
 
 
 def held(store):
@@ -118,6 +131,22 @@ def held(store):
 def of_values(store, values, sweeps=slice(None)):
     """Return a BtfStore of other values (s, H, W, 3) at the directions of `sweeps` of `store`."""
     return BtfStore.from_arrays(values, store.light[sweeps], store.view[sweeps], **attributes(store))
+
+
+def all_values(store):
+    """Return all values (s, H, W, 3) of a BtfStore, float32."""
+    return store.values(range(store.sweeps)).float()
+
+
+def at_texels(model, light, view):
+    """Return values (n, 3) of a model at its texels in turn, for pairs of directions (n, 3)."""
+    features = model.positional().flatten(0, 1)
+    return model.eval(features[torch.arange(len(light)) % len(features)], light, view)
+
+
+def accepted(model):
+    """Return the result of a case that should have been refused before there was a model."""
+    return f"accepted, a {type(model).__name__}", False
 
 
 def brightest(store):

@@ -16,6 +16,7 @@ BLOCK = 8  # texels along the hard-edged blocks that are to show seams
 FITTED = 0.85  # of their largest steps: what fitted ones may have
 SPREAD = 4096  # positions, at least, from which standard deviations are taken
 OVERSHOOT = 1e-6  # of the exemplar's range: rounding
+SHARE = 0.05
 TINY = 16  # texels along a side
 EXTENT = 4  # exemplars along a side of what seams are looked for in
 FAR = 1000  # exemplars under a pixel
@@ -57,9 +58,9 @@ class _Bench:
         fraction = torch.randint(1 << 19, (count, 2), generator=generator).double() / (1 << 19)
         return cell, fraction
 
-    def features(self, method, name="positions", level=0.0):
-        """Return features (n, c) of a method at random positions."""
-        return method.at_cell(*self.positions(name), level)
+    def features(self, method, name="positions", level=0.0, least=0):
+        """Return features (n, c) of a method at random positions, at least so many."""
+        return method.at_cell(*self.positions(name, least=least), level)
 
 
 def _endless(method, extent=EXTENT):
@@ -136,7 +137,8 @@ def _shuffled(plane, seed):
 def _odd_exemplars(bench):
     channels = bench.plane.shape[2]
     generator = torch_generator(bench.seed, "exemplars")
-    pattern = torch.rand(*bench.plane.shape[:2], generator=generator) < 0.3
+    field = _waves(bench.seed)[..., 0]
+    pattern = field > field.quantile(0.7)
     ends = torch.randn(2, channels, generator=generator)
     exemplars = {
         f"tiny exemplar, {TINY} x {TINY}": bench.plane[:TINY, :TINY].contiguous(),
@@ -160,6 +162,19 @@ def _odd_exemplars(bench):
             yield Case(f"{case}: {name}", f"finite, beyond the exemplar's features by at most {OVERSHOOT:g} of their "
                        "range", "blends are cut to the exemplar's range",
                        lambda name=name, plane=plane: within(name, plane))  # fmt: skip
+
+    def shares(name):
+        exemplar = exemplars["two colours"]
+        features = bench.features(SYNTHESES[name](exemplar, bench.seed), least=SPREAD)
+        span = ends[1] - ends[0]
+        place = ((features - ends[0]) @ span / span.square().sum()).mean().item()
+        share = pattern.double().mean().item()
+        return f"{place:.3f}, exemplar {share:.3f}", abs(place - share) < SHARE
+
+    for name in (name for name in SYNTHESES if hasattr(bench.made(name), "gaussian")):
+        yield Case(f"share of the second of two colours: {name}", f"within {SHARE:g} of the exemplar's",
+                   "ranks count texels by how often they appear, and equal values by their surroundings",
+                   lambda name=name: shares(name))  # fmt: skip
 
 
 def _broken(bench, method, value):
@@ -209,6 +224,22 @@ def _places(bench):
     for value in (math.nan, math.inf, 1e300):
         yield Case(f"u is {value:g} in one query of 8", "NaN there, no other query changed, for all methods", GUARDED,
                    lambda value=value: odd(value))  # fmt: skip
+
+    def odd_level(value, expected):
+        u = torch.rand(8, 2, dtype=torch.float64, generator=torch_generator(bench.seed, "odd"))
+        wrong = []
+        for name in SYNTHESES:
+            level = torch.ones(8)
+            right = bench.made(name).at(u, level)
+            level[3] = value
+            right[3] = math.nan if expected is None else bench.made(name).at(u, expected)[3]
+            if not torch.equal(bench.made(name).at(u, level).nan_to_num(nan=1e9), right.nan_to_num(nan=1e9)):
+                wrong.append(name)
+        return f"otherwise in {', '.join(wrong) or 'none'} of {len(SYNTHESES)}", not wrong
+
+    for value, what, expected in ((math.inf, "the mean", 50.0), (-math.inf, "level 0", 0.0), (math.nan, "NaN", None)):
+        yield Case(f"level of detail {value} in one query of 8", f"{what} there, no other query changed, for all "
+                   "methods", GUARDED, lambda value=value, expected=expected: odd_level(value, expected))  # fmt: skip
 
 
 def _batches(bench):

@@ -86,3 +86,12 @@ def test_harmonics_fit_what_they_span():
     x, y, z = light
     expected = torch.einsum("hwcf,f->hwc", weights[5], torch.stack([z, 1 + x, 1 + x * y, z * z]))
     assert torch.allclose(fitted.picture(light, GRID[5]), expected, rtol=0.02)
+
+
+@pytest.mark.parametrize("method", [Pca(), SphericalHarmonics()], ids=["pca", "sh"])
+def test_features_beyond_the_fitted_give_nothing_brighter_than_the_brightest(method):
+    values = torch.rand(len(GRID), len(GRID), 4, 4, 3, generator=torch_generator(0, "values"))
+    fitted = method.fit(pictures(values), seed=0)
+    features = fitted.positional().flatten(0, 1).repeat(len(GRID), 1)
+    found = fitted.eval(20 * features, GRID.repeat_interleave(16, 0), GRID[:1])
+    assert found.max().item() == pytest.approx(values.max().item(), rel=1e-3)

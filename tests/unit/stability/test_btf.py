@@ -12,8 +12,8 @@ from neumat.btf.synthesis.gaussian import GaussianPlane
 from neumat.config import load_surface
 from neumat.errors import NeumatError
 from neumat.seeds import torch_generator
-from neumat.stability import btf_fits
 from neumat.stability.btf_bench import BtfBench
+from neumat.stability.btf_inputs import input_cases
 from neumat.stability.btf_synthesis import synthesis_cases
 from neumat.stability.cases import COLUMNS, Case, case_table, refused, tried
 
@@ -71,7 +71,9 @@ def test_every_method_of_synthesis_has_its_rows(plane):
         assert sum(name.endswith(f": {method}") for name in names) >= 7
 
 
-@pytest.mark.parametrize("part", ["colour", "texels:", "in a plane", "u about", "u is", "batch", "under a pixel"])
+@pytest.mark.parametrize(
+    "part", ["colour", "texels:", "in a plane", "u about", "u is", "level of", "batch", "under a pixel"]
+)
 def test_no_method_breaks_on(plane, part):
     found = rows(synthesis_cases(plane, 0, 512), part)
     assert all(passed for _, passed in found.values()), found
@@ -98,18 +100,19 @@ def test_positions_that_lose_precision_show(plane, monkeypatch):
     assert not any(passed for _, passed in rows(synthesis_cases(plane, 0, 64), "u about").values())
 
 
-def test_fits_answer_odd_directions(bench):
-    for part in ("horizon", "NaN in the light"):
-        assert all(passed for _, passed in rows(btf_fits.fit_cases(bench), part).values())
+def test_fits_answer_odd_directions_and_features(bench):
+    cases = [*input_cases(bench)]
+    found = rows(cases, "horizon") | rows(cases, "NaN in the light") | rows(cases, "of their ranges")
+    assert len(found) == 5 and all(passed for _, passed in found.values()), found
 
 
 def test_stores_with_nan_are_refused(bench):
-    found = rows(btf_fits.fit_cases(bench), " in a ") | rows(btf_fits.fit_cases(bench), "in memory")
+    found = rows(input_cases(bench), " in a ") | rows(input_cases(bench), "in memory")
     assert all(passed for _, passed in found.values()), found
 
 
 def test_a_ceiling_that_is_taken_away_shows(bench, monkeypatch):
     kept = Encoding.decode
     monkeypatch.setattr(Encoding, "decode", lambda self, x: kept(Encoding(self.exposure, self.curve), x * 20 + 20))
-    found = rows(btf_fits.fit_cases(bench), "ours, queries")
+    found = rows(input_cases(bench), "ours, queries")
     assert not any(passed for _, passed in found.values()), found

@@ -1,6 +1,6 @@
 """Linear representations of pictures on a grid of views and lights: principal components, spherical harmonics."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import torch
 
@@ -60,10 +60,11 @@ class Pca(Linear):
                 total += values.mT @ (values @ basis)
             basis = torch.linalg.svd(total, full_matrices=False).U
         basis = basis[..., :count] * texels**0.5
-        table = torch.empty(sweeps.numel(), 3, count + 1)
+        table, brightest = torch.empty(sweeps.numel(), 3, count + 1), 0.0
         for k, block in enumerate(blocks):
             mean, values = self._centred(store, block, encoding)
             part = table[k * BLOCK : k * BLOCK + len(block)]
+            brightest = max(brightest, (values.amax(2).T + mean).max().item())
             part[..., 0] = mean
             part[..., 1:] = (values @ basis).transpose(0, 1) / texels
         return {
@@ -71,7 +72,7 @@ class Pca(Linear):
             "table": table.view(len(views), len(lights), 3, -1).half(),
             "views": views,
             "lights": lights,
-            "encoding": encoding.tensor(),
+            "encoding": replace(encoding, ceiling=brightest).tensor(),
         }
 
     def _centred(self, store, indices, encoding):
@@ -105,15 +106,16 @@ class SphericalHarmonics(Linear):
         basis = harmonics(lights)
         normal = basis.T @ basis + self.regularisation * len(lights) * torch.eye(9)
         solve = torch.linalg.solve(normal, basis.T)  # (9, L)
-        plane = torch.empty(store.height * store.width, len(views), 9, 3, dtype=torch.float16)
+        plane, brightest = torch.empty(store.height * store.width, len(views), 9, 3, dtype=torch.float16), 0.0
         for k in progress(range(len(views))):
             values = encoding.checked(store.values(sweeps[k]).float()).flatten(1)
+            brightest = max(brightest, values.max().item())
             plane[:, k] = (solve @ values).view(9, -1, 3).transpose(0, 1)
         return {
             "positional": plane.view(store.height, store.width, -1),
             "views": views,
             "lights": lights,
-            "encoding": encoding.tensor(),
+            "encoding": replace(encoding, ceiling=brightest).tensor(),
         }
 
     def _expand(self, features, view, light, near_views, _):

@@ -46,7 +46,7 @@ class Synthesis:
         """Return features (n, c), float32, at positions `u` (n, 2), float64.
 
         level: log2 of the texels under a pixel, one number or a tensor (n,); below 0 counts as 0. Where `u` is not
-        finite or beyond 2^40, the features are NaN.
+        finite or beyond 2^40, or `level` NaN, the features are NaN.
         """
         cell = torch.floor(u)
         return self.at_cell(cell.long(), torch.where(u.abs() < LARGEST, u - cell, torch.nan), level)
@@ -55,7 +55,9 @@ class Synthesis:
     def at_cell(self, cell, fraction, level=0.0):
         """Return the features at positions `cell` (n, 2), int64, within 2^40, plus `fraction` (n, 2), float64,
         in [0, 1)."""
-        level = torch.as_tensor(level, dtype=torch.float32, device=fraction.device).clamp_min(0).expand(len(fraction))
+        level = torch.as_tensor(level, dtype=torch.float32, device=fraction.device).expand(len(fraction))
+        fraction = torch.where(level.isnan()[:, None], torch.nan, fraction)
+        level = level.nan_to_num().clamp(0, self.top)
         parts = zip(cell.split(CHUNK), fraction.split(CHUNK), level.split(CHUNK), strict=True)
         rows = [self._between_levels(*part) for part in parts]
         return torch.cat(rows) if rows else torch.empty(0, self.channels, device=fraction.device)
