@@ -65,8 +65,9 @@ rule btf_truth:
     params:
         code=code("btf_truth"),
         surface=lambda wildcards: surface_of(wildcards.surface),
-        settings=lambda wildcards: capture_settings("truth", wildcards.surface),
-        samples=lambda wildcards: truth_samples(int(wildcards.extent)),
+        settings=lambda wildcards: truth_settings(
+            wildcards.surface, int(wildcards.extent)
+        ),
         seed=config["seed"],
     script:
         "../scripts/btf_truth.py"
@@ -184,7 +185,9 @@ rule btf_synthesised:
     input:
         model="results/btf/models/{surface}/ours.safetensors",
         queries="results/btf/captures/{surface}/queries.h5",
-        truth="results/btf/truth/{surface}-{extent}x.h5",
+        truth=lambda wildcards: "results/btf/truth/{surface}-{larger}x.h5".format(
+            surface=wildcards.surface, larger=shown_of(int(wildcards.extent))
+        ),
     output:
         report(
             "results/btf/figures/{surface}-synthesis-{extent}x.png",

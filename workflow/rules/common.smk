@@ -128,7 +128,7 @@ TARGETS = {
         f"results/btf/quality/{BTF['surface']}/mean.csv",
         f"results/btf/figures/{BTF['surface']}-ours.png",
         f"results/btf/synthesis/{BTF['surface']}.csv",
-        f"results/btf/figures/{BTF['surface']}-synthesis-{BTF['truth']['extent']}x.png",
+        f"results/btf/figures/{BTF['surface']}-synthesis-4x.png",
     ],
     "btf_all": [
         "results/btf/tables/representations.csv",
@@ -144,7 +144,7 @@ TARGETS = {
                 "representations",
                 *expand(
                     "synthesis-{extent}x",
-                    extent=[BTF["truth"]["extent"], BTF["truth"]["wide"]],
+                    extent=[4, BTF["truth"]["wide"]],
                 ),
             ],
         ),
@@ -275,16 +275,23 @@ def capture_settings(capture, surface):
     """The settings of a capture of a surface: of random queries, of a grid of pictures, of held-out ones, of a truth."""
     shared = {key: config["btf"][key] for key in ("texels", "quads", "bounces")}
     shared |= {"texels": variant_of(surface)[1].get("texels", shared["texels"])}
-    if capture == "truth":
-        return shared | {"pairs": config["btf"]["pairs"]}
     shown = {"shown": config["btf"]["pairs"]} if capture == "held-out" else {}
     return shared | shown | config["btf"][capture.replace("-", "_")]
 
 
-def truth_samples(extent):
-    """Paths for a value of a truth over `extent` exemplars along a side."""
-    truth = config["btf"]["truth"]
-    return truth["samples" if extent == truth["extent"] else "wide_samples"]
+def truth_settings(surface, extent):
+    """The settings of a patch of a surface: a wide one has larger texels, as large as figures show it."""
+    truth, shared = config["btf"]["truth"], capture_settings("queries", surface)
+    found = {"pairs": config["btf"]["pairs"], "samples": truth["samples"]}
+    found |= {key: shared[key] for key in ("texels", "quads", "bounces")}
+    if extent != truth["extent"]:
+        larger = shared["texels"] // min(truth["wide_texels"], shared["texels"])
+        found |= {
+            "texels": shared["texels"] // larger,
+            "samples": truth["wide_samples"],
+        }
+        found["quads"] = shared["quads"] * min(larger, 2)
+    return found
 
 
 def capture_shards(capture):
@@ -304,6 +311,12 @@ def default_synthesis(surface):
     """The default synthesis method for a surface."""
     structured = surface_of(surface)["structured"]
     return config["btf"]["synthesis"]["structured" if structured else "stochastic"]
+
+
+def shown_of(extent):
+    """The extent of the truth of which figures show `extent` exemplars along a side."""
+    truth = config["btf"]["truth"]
+    return truth["extent"] if extent <= truth["extent"] else truth["wide"]
 
 
 def judged_by(surface):

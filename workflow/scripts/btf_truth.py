@@ -5,4 +5,4 @@ from neumat.stage import progress, stage
 
 with stage(snakemake):
     params, extent = snakemake.params, int(snakemake.wildcards.extent)
-    capture_truth(params.surface, params.settings, extent, params.samples, params.seed, snakemake.output[0], progress)
+    capture_truth(params.surface, params.settings, extent, params.seed, snakemake.output[0], progress)

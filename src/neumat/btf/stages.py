@@ -46,12 +46,16 @@ def capture_shard(surface, capture, settings, shard, shards, seed, path, progres
     write_pictures(path, surface, texels, light, view, samples, seed, progress=progress, **options)
 
 
-def capture_truth(surface, settings, extent, samples, seed, path, progress=iter):
-    """Capture pictures of a surface without period over `extent` exemplars along a side, at `settings["pairs"]`."""
+def capture_truth(surface, settings, extent, seed, path, progress=iter):
+    """Capture pictures of a surface without period over `extent` exemplars along a side.
+
+    surface: its config; settings: pairs (rows of four angles, degrees), samples, texels, quads and bounces.
+    """
     light, view = given_pairs(settings["pairs"])
     options = {name: settings[name] for name in RELIEF}
     surface = Surface(surface).infinite()
-    write_pictures(path, surface, settings["texels"], light, view, samples, seed, extent, progress, **options)
+    texels, samples = settings["texels"], settings["samples"]
+    write_pictures(path, surface, texels, light, view, samples, seed, extent, progress, **options)
 
 
 def fit_representation(store_path, name, hyperparameters, seed, path, cost_path, progress=iter):

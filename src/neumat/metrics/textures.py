@@ -2,7 +2,7 @@
 
 A picture is a float32 tensor (H, W, 3) as it is shown (sRGB values, about 0 to 1); all pictures of one comparison have
 the same size and scale. A `Statistic` describes one picture and measures the distance from one description to another;
-`compare` puts the distance of a picture from crops of the truth beside the crops' distances from each other.
+`Truth.compare` puts the distance of a picture from crops of the truth beside the crops' distances from each other.
 """
 
 import math
@@ -39,30 +39,41 @@ class Statistic(NamedTuple):
     distance: Callable  # (one description, descriptions (n, ...)) -> (n,)
 
 
-def compare(picture, crops, exemplar, names=None):
-    """Return {name: Ratio} of a `picture` (H, W, 3) against `crops` of the truth (at least 2 of the same size).
+class Truth:
+    """Crops of the truth (at least 2, as large as the pictures to compare), described once for all comparisons.
 
-    exemplar: pixels along the side of the exemplar; pictures must be at least twice as large. names: which of
-    STATISTICS (None: all).
+    exemplar: pixels along the side of the exemplar; crops must be at least twice as large. names: which of STATISTICS
+    (None: all). Raises NeumatError for crops of several or other sizes and for fewer than two.
 
     Histograms, spectra and autocovariances are taken in windows of the exemplar's size, since no method by example can
     know the process better than one such window shows it; their distances are means over pairs of windows.
-
-    Raises NeumatError for pictures of other sizes and for fewer than two crops.
     """
-    sizes = {tuple(x.shape) for x in (picture, *crops)}
-    if len(crops) < 2 or len(sizes) > 1 or picture.shape[-1] != 3 or min(picture.shape[:2]) < 2 * exemplar:
-        expected = f"at least 2 crops, as large as the picture and {2 * exemplar} pixels a side"
-        raise NeumatError("comparison of textures", expected, f"{len(crops)} crops, sizes {sorted(sizes)}")
-    chosen = STATISTICS if names is None else {name: STATISTICS[name] for name in names}
-    return {name: _ratio(statistic, picture, crops, exemplar) for name, statistic in chosen.items()}
 
+    def __init__(self, crops, exemplar, names=None):
+        sizes = {tuple(crop.shape) for crop in crops}
+        if len(crops) < 2 or len(sizes) > 1 or min(crops[0].shape[:2]) < 2 * exemplar or crops[0].shape[2:] != (3,):
+            expected = f"at least 2 crops of one size, {2 * exemplar} pixels a side"
+            raise NeumatError("comparison of textures", expected, f"{len(crops)} crops, sizes {sorted(sizes)}")
+        self.size, self.exemplar = crops[0].shape, exemplar
+        self.statistics = STATISTICS if names is None else {name: STATISTICS[name] for name in names}
+        self.described, self.among = {}, {}
+        for name, statistic in self.statistics.items():
+            theirs = [statistic.describe(crop, exemplar) for crop in crops]
+            others = (torch.cat([b for b in theirs if b is not crop]) for crop in theirs)
+            among = [_distance(statistic, crop, other) for crop, other in zip(theirs, others, strict=True)]
+            self.described[name], self.among[name] = torch.cat(theirs), torch.tensor(among, dtype=torch.float64)
 
-def _ratio(statistic, picture, crops, exemplar):
-    ours, *theirs = (statistic.describe(x, exemplar) for x in (picture, *crops))
-    among = [_distance(statistic, crop, torch.cat([b for b in theirs if b is not crop])) for crop in theirs]
-    among = torch.tensor(among, dtype=torch.float64)
-    return Ratio(_distance(statistic, ours, torch.cat(theirs)), among.mean().item(), among.std().item())
+    def compare(self, picture):
+        """Return {name: Ratio} of a `picture` (H, W, 3); raises NeumatError for another size than the crops'."""
+        if picture.shape != self.size:
+            raise NeumatError(
+                "comparison of textures", f"a picture of the crops' size {tuple(self.size)}", tuple(picture.shape)
+            )
+        found = {}
+        for name, statistic in self.statistics.items():
+            value = _distance(statistic, statistic.describe(picture, self.exemplar), self.described[name])
+            found[name] = Ratio(value, self.among[name].mean().item(), self.among[name].std().item())
+        return found
 
 
 def _distance(statistic, a, b):

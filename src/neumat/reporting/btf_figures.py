@@ -47,7 +47,8 @@ def fits_figure(models, pictures, count, brightness, path):
 
 def synthesis_figure(model, methods, truth, extent, brightness, seed, path):
     """Write exemplar, truth and what each method makes of the exemplar over `extent` exemplars, at the truth's pairs of
-    directions (the paper's Fig. 7), as PNG."""
+    directions (the paper's Fig. 7), as PNG. The truth is at least as large; its first part is shown."""
+    part = round(truth.height * extent / truth.extent)
     syntheses = {name: SYNTHESES[name](model.positional(), seed, truth.tileable) for name in methods}
     rows = []
     for k in range(truth.sweeps):
@@ -56,10 +57,11 @@ def synthesis_figure(model, methods, truth, extent, brightness, seed, path):
             EndlessBtf(model, each).picture(light, view, PLACE, extent, _pixels(model, extent))
             for each in syntheses.values()
         ]
-        pictures = [model.picture(light, view), _reduced(truth.values([k])[0].float()), *made]
+        pictures = [model.picture(light, view), _reduced(truth.values([k])[0, :part, :part].float()), *made]
         rows.append([to_srgb8(picture, brightness).numpy() for picture in pictures])
     names = [f"pair {k + 1}" for k in range(truth.sweeps)]
-    picture_grid(names, ["exemplar", "captured", *methods], rows, path, title=f"{extent} x {extent} exemplars")
+    columns = ["exemplar", "captured", *methods]
+    picture_grid(names, columns, rows, path, title=f"{extent} x {extent} exemplars", enlarged=1.6)
 
 
 def enlargements_figure(model, method, pairs, tileable, brightness, seed, path):

@@ -7,16 +7,17 @@ import torch
 from neumat.metrics.flip import flip
 from neumat.reporting.style import figure, save_figure
 
-SHOWN = 256  # pixels along a side of a picture in a sheet
+INCHES, SHOWN = 1.25, 256  # along a side of a picture in a sheet, and its pixels
 CAPTION = 7  # points
 
 
-def picture_grid(rows, columns, pictures, path, captions=None, title=""):
+def picture_grid(rows, columns, pictures, path, captions=None, title="", enlarged=1.0):
     """Write pictures, uint8 [[(H, W, 3)]], as a PNG with names of rows and columns.
 
-    None leaves a place empty. captions: None, or a text below each picture, [[str]].
+    None leaves a place empty. captions: None, or a text below each picture, [[str]]. enlarged: how much larger than
+    usual they are.
     """
-    size = 1.25
+    size = INCHES * enlarged
     width, height = size * len(columns) + 0.3, (size + (0.16 if captions else 0.04)) * len(rows) + 0.3
     with figure(width, height, nrows=len(rows), ncols=len(columns), squeeze=False) as (drawn, axes):
         for i, j in np.ndindex(len(rows), len(columns)):
@@ -35,7 +36,7 @@ def picture_grid(rows, columns, pictures, path, captions=None, title=""):
             if captions and captions[i][j]:
                 axis.set_xlabel(captions[i][j], fontsize=CAPTION, labelpad=1)
         drawn.suptitle(title, fontsize=9)
-        save_figure(drawn, path, dpi=round(SHOWN / size))
+        save_figure(drawn, path, dpi=round(SHOWN / INCHES))
 
 
 def error_map(expected, found):

@@ -12,7 +12,7 @@ from neumat.btf.representations.registry import load_representation
 from neumat.btf.store import read_btf
 from neumat.btf.synthesis import SYNTHESES
 from neumat.errors import NeumatError
-from neumat.metrics.textures import STATISTICS, compare
+from neumat.metrics.textures import STATISTICS, Truth
 from neumat.render.scene import to_srgb8
 from neumat.seeds import torch_generator
 
@@ -35,15 +35,16 @@ def synthesis_table(model_path, queries_path, truth_path, methods, seed, progres
     model, brightness = load_representation(model_path), exposure(read_btf(queries_path))
     truth = read_btf(truth_path)
     parts = dict(zip(("choice", "report"), zip(*split_crops(truth, brightness), strict=True), strict=True))
+    parts = {name: [Truth(crops, model.size[0]) for crops in each] for name, each in parts.items()}
     rows = []
     for method in progress(["exemplar", "shuffled", *methods]):
         cost, pictures = {}, _controls(model, truth, brightness, method, seed)
         if method in methods:
             synthesis, cost = timed(method, model.positional(), seed, truth.tileable)
             pictures = _synthesised(EndlessBtf(model, synthesis), truth, brightness)
-        names = list(STATISTICS) if method in methods else list(NEAR)
-        for part, crops in parts.items():
-            rows.append({"method": method, "part": part} | _ratios(pictures, crops, model.size[0], names) | cost)
+        names = list(STATISTICS) if method in methods else NEAR
+        for part, truths in parts.items():
+            rows.append({"method": method, "part": part} | _ratios(pictures, truths, names) | cost)
     return pd.DataFrame(rows)
 
 
@@ -111,13 +112,10 @@ def _controls(model, truth, brightness, name, seed):
     return pictures
 
 
-def _ratios(pictures, crops, exemplar, names):
+def _ratios(pictures, truths, names):
     """Return {statistic: ratio, statistic_scatters: deviations}, means over pictures and places."""
-    found = [
-        compare(picture, theirs, exemplar, names)
-        for places, theirs in zip(pictures, crops, strict=True)
-        for picture in places
-    ]
+    pairs = zip(pictures, truths, strict=True)
+    found = [truth.compare(picture) for places, truth in pairs for picture in places]
     row = {name: np.mean([ratios[name].ratio for ratios in found]) for name in names}
     if "copies" in row:  # the truth has none
         row["copies"] = np.mean([ratios["copies"].value for ratios in found])

@@ -42,9 +42,9 @@ def test_no_held_out_pair_is_among_those_that_a_fit_sees(weave, tmp_path):
 
 
 def test_a_truth_shows_the_surface_beyond_the_exemplar(weave, tmp_path):
-    settings = SHARED | {"pairs": HELD_OUT["shown"]}
-    capture_truth(weave, settings, 2, 64, 0, tmp_path / "truth.h5")
-    capture_truth(weave, settings, 1, 64, 0, tmp_path / "exemplar.h5")
+    settings = SHARED | {"pairs": HELD_OUT["shown"], "samples": 64}
+    capture_truth(weave, settings, 2, 0, tmp_path / "truth.h5")
+    capture_truth(weave, settings, 1, 0, tmp_path / "exemplar.h5")
     truth, exemplar = read_btf(tmp_path / "truth.h5"), read_btf(tmp_path / "exemplar.h5")
     assert truth.extent == 2 and truth.height == 32
     corner = truth.values([0])[0, :16, :16].float()
