@@ -41,7 +41,7 @@ def test_features_are_finite_float32_rows(method):
 
 @pytest.mark.parametrize("level", [0.0, 1.0, 2.4])
 def test_order_and_size_of_the_batch_change_no_bit(method, level):
-    u = positions(20_000)
+    u = positions(40_000)  # more than are computed at a time
     features = method.at(u, level)
     order = torch.randperm(len(u), generator=torch_generator(3))
     assert torch.equal(method.at(u[order], level), features[order])

@@ -6,7 +6,7 @@ import torch
 
 from neumat.errors import NeumatError
 
-CHUNK = 1 << 14  # queries at a time: what they need stays in a core's cache
+CHUNK = 1 << 15  # queries at a time: what they need stays in a core's cache
 LARGEST = 2.0**40  # beyond, float64 tells a position to a few texels only, and products of integers may overflow
 
 

@@ -2,7 +2,7 @@
 
 import torch
 
-COMPONENTS = 4  # principal components of the features on which errors are taken
+COMPONENTS = 3  # principal components of the features on which errors are taken
 TOLERANCE = 1.15  # a patch may be this much worse than the best
 
 

@@ -5,7 +5,7 @@ import torch
 from neumat.btf.planes import fetch
 from neumat.btf.synthesis.cuts import comparable
 
-BEYOND = 0.5  # how much of an exemplar that tiles is seen a second time
+BEYOND = 0.25  # how much of an exemplar that tiles is seen a second time
 
 
 class Frame:
