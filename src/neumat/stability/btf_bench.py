@@ -31,6 +31,7 @@ class BtfBench:
     def __init__(self, surface, texels, sweeps, samples, queries, seed, folder):
         self.surface, self.texels, self.sweeps, self.samples = surface, texels, sweeps, samples
         self.queries, self.seed, self.folder = queries, seed, folder
+        self._grids = {}
 
     def changed(self, material=None, relief=1.0):
         """Return a Surface all of one embedded material, and with `relief` times its relief."""
@@ -56,10 +57,13 @@ class BtfBench:
     def grid(self, count):
         """Return the BtfStore of pictures for every one of `count` views under every one of as many lights: the normal,
         and the others in a ring, and in two where they are more than 5."""
-        rings = [(45, count - 1)] if count <= 5 else [(35, (count - 1) // 2), (75, count - 1 - (count - 1) // 2)]
-        angles = [(0.0, 0.0)] + [(theta, 360 * k / n) for theta, n in rings for k in range(n)]
-        directions = spherical(*torch.tensor(angles).deg2rad().T)
-        return self.pictures(directions.repeat(count, 1), directions.repeat_interleave(count, 0), paths=PATHS)
+        if count not in self._grids:
+            rings = [(45, count - 1)] if count <= 5 else [(35, (count - 1) // 2), (75, count - 1 - (count - 1) // 2)]
+            angles = [(0.0, 0.0)] + [(theta, 360 * k / n) for theta, n in rings for k in range(n)]
+            directions = spherical(*torch.tensor(angles).deg2rad().T)
+            light, view = directions.repeat(count, 1), directions.repeat_interleave(count, 0)
+            self._grids[count] = self.pictures(light, view, paths=PATHS)
+        return self._grids[count]
 
     @functools.cached_property
     def base(self):
@@ -75,16 +79,6 @@ class BtfBench:
     def ours(self):
         """The default representation of the surface as it is."""
         return self.fitted(self.base)
-
-    @functools.cached_property
-    def nine(self):
-        """Pictures of 9 views under 9 lights."""
-        return self.grid(9)
-
-    @functools.cached_property
-    def mean(self):
-        """The mean BRDF of the surface as it is."""
-        return self.fitted(self.base, "mean")
 
     def held_out(self, surface, texels=None):
         """Return the BtfStore of pictures of a Surface at the held-out pairs of directions."""

@@ -15,12 +15,13 @@ from neumat.stability.cases import Case, refused
 
 VIEWS = (75, 80, 85, 89, 89.9)  # degrees; captures of random queries end at 85, measured BTFs at 75
 FEW = 4  # pictures at a view
+VIEWED = 9  # views, under as many lights, of what all representations are fitted to
 HORIZON = "`Representation.eval`"
 
 
 def input_cases(bench):
     """Yield the Cases of what the representations of a BtfBench may be asked and fitted to."""
-    fitted = functools.cache(lambda name: bench.fitted(bench.nine, name))
+    fitted = functools.cache(lambda name: bench.fitted(bench.grid(VIEWED), name))
     yield from _directions(bench, fitted)
     yield from _broken_features(bench, fitted)
     yield from _broken_stores(bench)
@@ -61,7 +62,7 @@ def _directions(bench, fitted):
                lambda: grazing(bench.ours, bench.base))  # fmt: skip
     for name in REPRESENTATIONS:
         yield Case(f"views at {asked} degrees: {name}, pictures up to 75", expectation, CEILING,
-                   lambda name=name: grazing(fitted(name), bench.nine))  # fmt: skip
+                   lambda name=name: grazing(fitted(name), bench.grid(VIEWED)))  # fmt: skip
 
     def dark(light, view):
         wrong = [name for name in REPRESENTATIONS if not (at_texels(fitted(name), light, view) == 0).all()]
@@ -102,7 +103,7 @@ def _broken_features(bench, fitted):
             low, high = rows.amin(0), rows.amax(0)
             corner = torch.rand(bench.queries, rows.shape[1], generator=generator) < 0.5
             values = fitted(name).eval(factor * torch.where(corner, low, high), light, view)
-            bright = values.max().item() / brightest(bench.nine)
+            bright = values.max().item() / brightest(bench.grid(VIEWED))
             if not (values.isfinite().all() and bright <= 1.01):
                 wrong.append(f"{name} ({bright:.2g} times the brightest)")
         return f"otherwise in {', '.join(wrong) or 'none'} of {len(REPRESENTATIONS)}", not wrong
@@ -115,18 +116,18 @@ def _broken_features(bench, fitted):
 
 def _broken_stores(bench):
     def broken(value):
-        values = all_values(bench.nine)
+        values = all_values(bench.grid(VIEWED))
         values[3, 1, 2, 0] = value
         return values
 
     def write(value):
-        store, path = bench.nine, bench.folder / "broken.h5"
+        store, path = bench.grid(VIEWED), bench.folder / "broken.h5"
         blocks = [broken(value)]
         write_btf(path, store.light, store.view, store.height, store.width, blocks, **attributes(store))
         return "written", False
 
     def read():
-        store, path = bench.nine, bench.folder / "damaged.h5"
+        store, path = bench.grid(VIEWED), bench.folder / "damaged.h5"
         write_btf(path, store.light, store.view, store.height, store.width, [all_values(store)], **attributes(store))
         with h5py.File(path, "r+") as file:
             file["values"][3, 1, 2, 0] = math.nan
@@ -138,7 +139,7 @@ def _broken_stores(bench):
     yield refused("nan in a store that is read", "finite values", "`BtfStore.values`", read)
 
     def fit(name):
-        return accepted(bench.fitted(of_values(bench.nine, broken(math.nan)), name))
+        return accepted(bench.fitted(of_values(bench.grid(VIEWED), broken(math.nan)), name))
 
     for name in REPRESENTATIONS:
         yield refused(f"nan in values in memory that {name} is fitted to", "finite values", "`Encoding.checked`",
