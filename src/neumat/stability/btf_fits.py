@@ -7,7 +7,7 @@ import torch
 from neumat.btf.synthesis import SYNTHESES
 from neumat.seeds import torch_generator
 from neumat.stability.btf_bench import CEILING, accepted, all_values, at_texels, brightest, of_values
-from neumat.stability.cases import Case, refused
+from neumat.stability.cases import Case, refused, warned
 
 DARK = 1e-3
 TINY = 16  # texels along a side
@@ -33,8 +33,9 @@ def _materials(bench):
         return found, ours >= null + least and bright <= 1.01
 
     for material in ("chrome", "specular-black-phenolic"):
-        yield Case(f"mirror: a surface of {material}", "finite, no worse than the mean BRDF, not brighter than "
-                   "captured", CEILING, lambda material=material: odd(bench.changed(material), 0.0))  # fmt: skip
+        yield warned(f"mirror: a surface of {material}", "no worse than the mean BRDF, not brighter than captured; "
+                     "highlights are lost", "times the captured brightness", "`Representation.fit` warns",
+                     lambda material=material: odd(bench.changed(material), 0.0))  # fmt: skip
     yield Case(f"tiny exemplar, {TINY} x {TINY} texels", "finite, at least 1 dB above the mean BRDF, not brighter than "
                "captured", CEILING, lambda: odd(bench.changed(), 1.0, TINY))  # fmt: skip
 
@@ -88,12 +89,12 @@ def _captures(bench):
 
     def paths():
         few, many = (bench.fitted(bench.captured(paths=paths)) for paths in (1, 16))
-        darker = bench.brightness(few) / bench.brightness(many)
-        found = f"{bench.psnr(few):.1f} dB, mean {darker:.0%} of that with 16 paths; 16 paths {bench.psnr(many):.1f} dB"
-        return found, bench.psnr(few) > bench.psnr(many) - 2 and abs(darker - 1) < 0.3
+        darker, shown = (bench.brightness(few, shown=s) / bench.brightness(many, shown=s) for s in (False, True))
+        found = f"{bench.psnr(few):.1f} dB, 16 paths {bench.psnr(many):.1f} dB; mean {darker:.0%} of theirs, as shown "
+        return f"{found}{shown:.0%}", bench.psnr(few) > bench.psnr(many) - 2 and abs(shown - 1) < 0.2
 
     yield Case("noisy captures: 1 path a value, 16 times as many values", "at most 2 dB worse than 16 paths, mean "
-               "brightness within 30 % of theirs", "captures take several paths a value", paths)  # fmt: skip
+               "brightness as shown within 20 % of theirs", "captures take several paths a value", paths)  # fmt: skip
 
     def noisy(share, most):
         noise = torch.randn(all_values(bench.base).shape, generator=torch_generator(bench.seed, "noise"))
@@ -140,18 +141,19 @@ def _features(bench):
         plane = bench.ours.positional()
         method = SYNTHESES[name](plane, bench.seed)
         u = torch.rand(bench.queries, 2, dtype=torch.float64, generator=torch_generator(bench.seed, "u")) * 1e3
-        light, view = bench.truth.light[:1, 0], bench.truth.view[:1, 0]
-        exemplar = bench.ours.eval(plane.flatten(0, 1), light, view)
-        values = bench.ours.eval(method.at(u, level), light, view)
-        off = (values.mean(0) / exemplar.mean(0) - 1).abs().max().item()
-        bright = values.max().item() / brightest(bench.base)
+        rows, features, off, bright = plane.flatten(0, 1), method.at(u, level), [], 0.0
+        for pair in zip(bench.truth.light, bench.truth.view, strict=True):
+            values = bench.ours.eval(features, *pair)
+            off.append((values.mean(0) / bench.ours.eval(rows, *pair).mean(0) - 1).abs().mean().item())
+            bright = max(bright, values.max().item() / brightest(bench.base))
+        off = sum(off) / len(off)
         return f"{off:.1%} off; brightest {bright:.2f} times the captured", off < 0.2 and bright <= 1.01
 
     for name in SYNTHESES:
         for extent in (0, 1000):
             where = f"{extent} exemplars under a pixel" if extent else "1e3 exemplars of synthesis"
-            yield Case(f"colour of {where}: {name}", "mean colour of the exemplar's picture to 20 %, not brighter than "
-                       "captured", "prefiltered planes, features cut to the exemplar's range",
+            yield Case(f"colour of {where}: {name}", "mean colours of the exemplar's pictures to 20 % in the mean, not "
+                       "brighter than captured", "prefiltered planes, features cut to the exemplar's range",
                        lambda name=name, extent=extent: synthesised(name, extent))  # fmt: skip
 
 

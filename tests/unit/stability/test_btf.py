@@ -1,5 +1,6 @@
 """The cases of BTFs on a toy surface, and that a guard which is taken away shows in the table."""
 
+import logging
 from pathlib import Path
 
 import pytest
@@ -15,7 +16,7 @@ from neumat.seeds import torch_generator
 from neumat.stability.btf_bench import BtfBench
 from neumat.stability.btf_inputs import input_cases
 from neumat.stability.btf_synthesis import synthesis_cases
-from neumat.stability.cases import COLUMNS, Case, case_table, refused, tried
+from neumat.stability.cases import COLUMNS, Case, case_table, refused, tried, warned
 
 ROOT = Path(__file__).parents[3]
 
@@ -49,6 +50,10 @@ def test_a_row_says_what_happened():
     def broken():
         raise ValueError("of no one's")
 
+    def warn():
+        logging.warning("careful")
+        return "found", True
+
     cases = [
         Case("right", "e", "g", lambda: ("found", True)),
         Case("wrong", "e", "g", lambda: ("found", False)),
@@ -57,11 +62,14 @@ def test_a_row_says_what_happened():
         refused("not refused", "two", "g", lambda: ("two", True)),
         Case("refused without need", "e", "g", refuse),
         Case("crash", "e", "g", broken),
+        warned("warned", "e", "careful", "g", warn),
+        warned("not warned", "e", "found", "g", lambda: ("found", True)),
+        Case("warned without need", "e", "g", warn),
     ]
     table = case_table(cases, "folder")
     assert list(table.columns) == COLUMNS
-    assert table["passed"].tolist() == [True, False, True, False, False, False, False]
-    assert table["result"].iloc[-1] == "ValueError: of no one's"
+    assert table["passed"].tolist() == [True, False, True, False, False, False, False, True, False, True]
+    assert table["result"].iloc[6] == "ValueError: of no one's"
 
 
 def test_every_method_of_synthesis_has_its_rows(plane):

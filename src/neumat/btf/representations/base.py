@@ -2,6 +2,7 @@
 
 import abc
 import json
+import logging
 from dataclasses import asdict, dataclass, fields
 
 import torch
@@ -10,6 +11,7 @@ from neumat.errors import NeumatError
 from neumat.generative.base import read_checkpoint, write_checkpoint
 
 SCHEMA = "1"
+SWEEPS = 8  # in which brightness is compared
 
 
 @dataclass(kw_only=True)
@@ -19,11 +21,25 @@ class Representation(abc.ABC):
     def fit(self, store, seed, progress=iter):
         """Learn the BTF in the BtfStore `store` and return self. `progress` wraps the range of steps.
 
-        Raises NeumatError for a store that the method can't use, and for values that are not finite.
+        Raises NeumatError for a store that the method can't use, and for values that are not finite. Warns where the
+        fit is less than half as bright as the store, or more than twice.
         """
         self.size = store.height, store.width
         self.state = self._fit(store, seed, progress)
+        share = self.brightness(store)
+        if not 0.5 < share < 2:
+            logging.warning("the fit has %.2g times the captured brightness: rare highlights, or too short", share)
         return self
+
+    def brightness(self, store):
+        """Return the mean of the values over that of those in a BtfStore of this size, both in SWEEPS of its sweeps."""
+        features, texel = self.positional().flatten(0, 1), torch.arange(store.height * store.width) % store.pairs
+        texel = texel if store.pairs > 1 else texel[:1]
+        found = captured = 0.0
+        for k in torch.linspace(0, store.sweeps - 1, min(SWEEPS, store.sweeps)).round().long():
+            found += self.eval(features, store.light[k, texel], store.view[k, texel]).double().mean().item()
+            captured += store.values(k[None]).double().mean().item()
+        return found / max(captured, 1e-30)
 
     @torch.no_grad()
     def eval(self, features, light, view):
