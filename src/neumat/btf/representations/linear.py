@@ -16,9 +16,12 @@ QUERIES = 1 << 12  # values evaluated at a time
 
 @dataclass(kw_only=True)
 class Linear(Representation):
-    """curve: of the `Encoding` in which the expansion is linear; 0, as published, takes the values themselves."""
+    """curve: of the `Encoding` in which the expansion is linear; 0, as published, takes the values themselves.
 
-    curve: float = 0.0
+    With 6 both methods are nearer to the truth on captured surfaces, in FLIP and in PSNR, on glossy ones by far.
+    """
+
+    curve: float = 6.0
 
     def positional(self):
         """Return the plane (H, W, c) float32."""

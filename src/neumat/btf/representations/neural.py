@@ -1,6 +1,7 @@
 """Neural representations: planes of features and a small network (Xu et al. 2024, equations 4 and 8)."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 import torch
 
@@ -11,10 +12,13 @@ from neumat.btf.representations.batches import batches, rows_of_pairs
 from neumat.btf.representations.encoding import Encoding
 from neumat.btf.representations.network import forward
 from neumat.btf.representations.storage import packed, unpacked
-from neumat.btf.representations.training import train
+from neumat.btf.representations.training import errors, train
+from neumat.errors import NeumatError
 from neumat.seeds import torch_generator
 
 BLOCK = 1 << 14  # of values evaluated at a time
+SLOWER = (1, 4, 16)  # what learning rates are divided by, where a fit has failed
+MARGIN = 0.02  # of the encoded values, that a fit may be worse than a constant: constants are BTFs, too
 
 
 @dataclass(kw_only=True)
@@ -52,7 +56,10 @@ class Neural(Representation):
         return self._train(store, Encoding(exposure(store), self.curve), seed, progress)
 
     def _train(self, store, encoding, seed, progress):
-        """Return the state fitted to a store."""
+        """Return the state fitted to a store; a fit that is no better than a constant is tried again at lower rates.
+
+        The best is kept; raises NeumatError where none is finite.
+        """
         brightest = 0.0
 
         def encode(values):
@@ -62,7 +69,18 @@ class Neural(Representation):
             return encoded
 
         source = batches(store, encode, torch_generator(seed, "batches"))
-        plane, angular, layers = train(self, self.parametrise, source, rows_of_pairs(store), seed, progress)
+        least, best = math.inf, None
+        for slower in SLOWER:
+            gentle = replace(self, rate=self.rate / slower, texel_rate=self.texel_rate / slower)
+            fitted = train(gentle, self.parametrise, source, rows_of_pairs(store), f"{seed}/{slower}", progress)
+            found, constant = errors(self, self.parametrise, next(source), *fitted)
+            if found < least:  # NaN is not
+                least, best = found, fitted
+            if found < constant + MARGIN:
+                break
+        if best is None:
+            raise NeumatError(type(self).__name__, "a fit of finite numbers", f"none at rates down to {gentle.rate:g}")
+        plane, angular, layers = best
         plane = plane.flatten(1).T.reshape(store.height, store.width, -1)
         return self._state(plane, angular, layers, Encoding(encoding.exposure, encoding.curve, brightest))
 

@@ -11,7 +11,7 @@ import math
 import torch
 
 from neumat.btf.representations.angular import gather, nodes, scatter
-from neumat.btf.representations.network import gradients
+from neumat.btf.representations.network import forward, gradients
 from neumat.fields.optimisers import Adam, Soap
 from neumat.seeds import torch_generator
 
@@ -76,3 +76,16 @@ def train(config, parametrise, source, shape, seed, progress=iter):
     for k in range(parts):
         plane[:, k::parts] = planes[k]
     return plane, angular, layers
+
+
+def errors(config, parametrise, batch, plane, angular, layers):
+    """Return the mean absolute errors of a fit and of the best constant at one batch of `batches.batches`."""
+    light, view, target = batch
+    positions, extras = parametrise(light, view)
+    fetched = [gather(one, *nodes(at, config.side)) for one, at in zip(angular, positions, strict=True)]
+    of_positions, of_pairs = layers[0].tensor_split([config.channels], 1)
+    pairs = (of_pairs @ torch.cat([*fetched, extras])).repeat(1, target.shape[1])
+    found = forward(of_positions, layers[1:], plane.flatten(1), pairs)
+    target = target.flatten(1)
+    constant = target.median(1, keepdim=True).values
+    return (found - target).abs().mean().item(), (constant - target).abs().mean().item()

@@ -72,7 +72,7 @@ class Mean(Neural):
 
     channels: int = 0
     loss: str = "l2"
-    samples: int = 4_000_000
+    samples: int = 1_500_000
 
     parametrise = Ours.parametrise
 
