@@ -38,6 +38,7 @@ def test_default_target_plans_data_to_report(tmp_path, overlays):
         "btf_compared",
         "btf_tables",
         "btf_relief",
+        "btf_bench",
         "btf_chart",
         "btf_stability",
     }

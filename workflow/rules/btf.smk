@@ -364,3 +364,32 @@ rule btf_stability:
         seed=config["seed"],
     script:
         "../scripts/btf_stability.py"
+
+
+# The rate of fits, beside that of plain PyTorch in the same run.
+rule btf_bench:
+    input:
+        queries=f"results/btf/captures/{BTF['surface']}/queries.h5",
+        held_out=f"results/btf/captures/{BTF['surface']}/held-out.h5",
+    output:
+        report(
+            "results/btf/tables/bench.csv",
+            caption="../report/btf_bench.rst",
+            category="Surfaces",
+        ),
+    log:
+        "results/logs/btf_bench.log",
+    benchmark:
+        "results/benchmarks/btf_bench.tsv"
+    conda:
+        "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=8000,
+        runtime=60,
+    params:
+        code=code("btf_bench"),
+        hyperparameters={"samples": BTF["chart"]["bench_samples"]},
+        seed=config["seed"],
+    script:
+        "../scripts/btf_bench.py"

@@ -134,6 +134,7 @@ TARGETS = {
         "results/btf/tables/representations.csv",
         "results/btf/tables/synthesis.csv",
         "results/btf/tables/relief.csv",
+        "results/btf/tables/bench.csv",
         "results/btf/tables/stability.csv",
         "results/btf/charts/representations.csv",
         *expand(
