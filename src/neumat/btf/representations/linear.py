@@ -18,7 +18,8 @@ QUERIES = 1 << 12  # values evaluated at a time
 class Linear(Representation):
     """curve: of the `Encoding` in which the expansion is linear; 0, as published, takes the values themselves.
 
-    With 6 both methods are nearer to the truth on captured surfaces, in FLIP and in PSNR, on glossy ones by far.
+    On captured surfaces 6 is far better than 0 where they are glossy (FLIP of PCA on metal .41 against .72), and a
+    little worse where they are matte (weave .31 against .27).
     """
 
     curve: float = 6.0

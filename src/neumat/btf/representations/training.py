@@ -3,7 +3,8 @@
 In a sweep every texel is seen once and in order. So the plane of positions is neither gathered nor scattered: it enters
 as a dense matrix. A sweep's pairs of directions are fewer than its texels: their features are fetched once a pair.
 
-The network's matrices are trained by SOAP, which gains 0.6 dB over Adam at no cost; planes by Adam.
+The network's matrices are trained by SOAP, which gains 0.6 dB over Adam on a
+captured weave and takes 6 % more time; planes by Adam.
 """
 
 import math
