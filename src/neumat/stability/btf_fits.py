@@ -6,6 +6,7 @@ import math
 import torch
 
 from neumat.btf.exposure import exposure
+from neumat.btf.planes import prefilter
 from neumat.btf.synthesis import SYNTHESES
 from neumat.seeds import torch_generator
 from neumat.stability.btf_bench import CEILING, PATHS, accepted, all_values, at_texels, brightest, of_values
@@ -16,6 +17,7 @@ TINY = 16  # texels along a side
 STEEP = 4  # times the relief
 MANY = 16  # paths a value
 COLOUR = 0.2
+AFAR = (1, 2, 3)  # levels of detail
 NOISES = {0.05: 0.3, 0.5: 3.0}  # relative, of all values: what may be lost, dB
 
 
@@ -165,8 +167,14 @@ def _features(bench):
     for name in SYNTHESES:
         yield Case(f"colour of 1000 exemplars of synthesis: {name}", expectation, "features are cut to the exemplar's "
                    "range", lambda name=name: synthesised(name))  # fmt: skip
-    yield Case("colour of the mean features, far away", expectation, "none: the network is not linear",
-               lambda: coloured(bench.ours.positional().mean((0, 1))[None]))  # fmt: skip
+
+    def from_afar(level):
+        return coloured(prefilter(bench.ours.positional())[level].flatten(0, 1))
+
+    for level in (*AFAR, -1):
+        side = f"{2**level} x {2**level}" if level > 0 else "all"
+        yield Case(f"colour from afar: features are means over {side} texels", expectation, "none: means of values "
+                   "would be right, those of features are not", lambda level=level: from_afar(level))  # fmt: skip
 
 
 class Planed:
