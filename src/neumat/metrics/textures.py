@@ -54,7 +54,7 @@ class Truth:
         if len(crops) < 2 or len(sizes) > 1 or min(crops[0].shape[:2]) < 2 * exemplar or crops[0].shape[2:] != (3,):
             expected = f"at least 2 crops of one size, {2 * exemplar} pixels a side"
             raise NeumatError("comparison of textures", expected, f"{len(crops)} crops, sizes {sorted(sizes)}")
-        self.size, self.exemplar = crops[0].shape, exemplar
+        self.size, self.count, self.exemplar = crops[0].shape, len(crops), exemplar
         self.statistics = STATISTICS if names is None else {name: STATISTICS[name] for name in names}
         self.described, self.among = {}, {}
         for name, statistic in self.statistics.items():

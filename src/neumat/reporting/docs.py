@@ -13,11 +13,14 @@ from PIL import Image
 
 from neumat.errors import NeumatError
 from neumat.files import atomic_path
+from neumat.reporting.btf_sections import BTF_SECTIONS
 from neumat.reporting.headline import headline
 from neumat.reporting.markdown import frame_markdown
-from neumat.reporting.result_sections import PICTURES, SECTIONS
+from neumat.reporting.result_sections import SECTIONS
 from neumat.tables import read_table
 
+PAGE = (*SECTIONS, *BTF_SECTIONS)
+PICTURES = [name for section in PAGE for name in section.pictures]
 START, END = "<!-- headline: made by `make readme` -->", "<!-- end of headline -->"
 WIDTH, BYTES = 1100, 64_000  # of a picture, at most
 QUALITIES = range(85, 35, -10)  # of WebP, tried in turn
@@ -100,7 +103,7 @@ def results_page(results):
         "[figures.md](figures.md) says how to read the figures, which data chose the settings, and who judges; "
         "[leakage.md](leakage.md) how it is tested that no judge or model has seen what it is measured on.",
     ]
-    for section in SECTIONS:
+    for section in PAGE:
         lines += ["", f"## {section.title}", ""]
         missing = [name for name in section.needs if not (results / name).is_file()]
         if missing:

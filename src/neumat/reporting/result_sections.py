@@ -40,7 +40,7 @@ def _rows(results, name, columns=(), drop=(), **keep):
     return table[[name for name in columns if name not in drop]]
 
 
-def _show(name, *columns, **options):
+def show(name, *columns, **options):
     return functools.partial(_rows, name=name, columns=columns, **options)
 
 
@@ -86,7 +86,7 @@ SECTIONS = (
         "The six orders of a material's channels, and a blend of two materials: above in PCA space, as AugMERL holds "
         "it, below in the space of BRDF values.",
         ("tables/augmentation.csv",),
-        tables=(_show("tables/augmentation.csv"),),
+        tables=(show("tables/augmentation.csv"),),
         pictures={
             "figures/permutations.png": "Six permutations of one material",
             "figures/blends.png": "A blend of two materials in PCA space and in BRDF space",
@@ -101,14 +101,14 @@ SECTIONS = (
         "`measured, reporting`. `loss_published` is the loss of the published field of the same measured materials. "
         "`not measured`: the run named no folder in `fit.measured`.",
         ("tables/fit-summary.csv",),
-        tables=(_show("tables/fit-summary.csv"),),
+        tables=(show("tables/fit-summary.csv"),),
     ),
     Section(
         "Fields in programs that do not fold phi_d",
         "How far the brightness of a field is off where d_y < 0, as a share of the folded brightness: of fitted and "
         "sampled fields and of answers to requests. Zero is ideal.",
         ("tables/unfolded.csv",),
-        tables=(_show("tables/unfolded.csv"),),
+        tables=(show("tables/unfolded.csv"),),
     ),
     Section(
         "Unconditional synthesis, `parity`",
@@ -124,7 +124,7 @@ SECTIONS = (
         "Distance (BRDF-L1-log) from a sample to its nearest training material, median over the samples, beside the "
         "same of the held-out materials. A near copy is nearer than `threshold`. Copies are the null.",
         ("tables/novelty.csv",),
-        tables=(_show("tables/novelty.csv", drop=("protocol", "distance"), protocol="parity", distance="brdf_l1_log"),),
+        tables=(show("tables/novelty.csv", drop=("protocol", "distance"), protocol="parity", distance="brdf_l1_log"),),
         pictures={"figures/nearest.png": "Samples (left) beside their nearest training materials (right)"},
     ),
     Section(
@@ -135,7 +135,7 @@ SECTIONS = (
         "`make generalisation`",
         tables=(
             functools.partial(_table2, name="tables/generalisation.csv", protocol="generalisation"),
-            _show(
+            show(
                 "tables/generalisation_novelty.csv",
                 drop=("protocol", "distance"),
                 protocol="generalisation",
@@ -168,7 +168,7 @@ SECTIONS = (
         "`one_nna` (50 is best) compares what was found with these.",
         ("tables/constrained.csv",),
         tables=(
-            _show(
+            show(
                 "tables/constrained.csv",
                 *("category", "way", "found", "tried", "acceptance"),
                 *("seconds_per_accepted", "training_share", "one_nna"),
@@ -198,7 +198,7 @@ SECTIONS = (
         "are those of the folder `fit.measured`: budgets are chosen on the ones for validation, the others report.",
         ("charts/fit.csv",),
         "`make charts`",
-        tables=(_show("charts/fit.csv"),),
+        tables=(show("charts/fit.csv"),),
         pictures={
             "charts/fit-psnr.png": "Rendered PSNR of the fits against the seconds that one material takes",
             "charts/fit.png": "Held-out loss of the fits against the seconds that one material takes",
@@ -231,7 +231,7 @@ SECTIONS = (
         "`below_fit_error` and `exceeds` count the objects whose fields miss the tolerance and those that exceed it.",
         ("charts/models.csv",),
         "`make charts`",
-        tables=(_show("charts/models.csv"),),
+        tables=(show("charts/models.csv"),),
         pictures={"charts/models.png": "Cost of a scene's models against the error that it may show"},
     ),
     Section(
@@ -241,7 +241,7 @@ SECTIONS = (
         "ceiling.",
         ("tables/ladder.csv",),
         "`make charts`",
-        tables=(_show("tables/ladder.csv"),),
+        tables=(show("tables/ladder.csv"),),
     ),
     Section(
         "Cost of the run",
@@ -250,4 +250,3 @@ SECTIONS = (
         tables=(_stages,),
     ),
 )
-PICTURES = {name: caption for section in SECTIONS for name, caption in section.pictures.items()}

@@ -27,14 +27,15 @@ def quality(model_path, queries_path, held_out_path, counts, seed):
     counts: {part: how many pairs}, in the order of the store: settings are chosen on those of "validation".
 
     Columns: psnr (dB), dssim and flip of
-    sRGB pictures at the surface's exposure, means, worsts and means by ring of the view's angle; ns of a query.
+    sRGB pictures at the surface's exposure, means, worsts and means by ring of the view's angle; texels along a
+    side of the pictures; ns of a query.
     """
     model, held_out = load_representation(model_path), read_btf(held_out_path)
     errors = pair_errors(model, held_out, exposure(read_btf(queries_path)))
     ends = np.cumsum(list(counts.values()))
     parts = {name: errors[end - count : end] for (name, count), end in zip(counts.items(), ends, strict=True)}
-    rows = pd.DataFrame([{"pairs": name, **summary(part)} for name, part in parts.items()])
-    return rows.assign(ns=query_ns(model, seed))
+    rows = pd.DataFrame([{"pairs": name, "pictures": len(part), **summary(part)} for name, part in parts.items()])
+    return rows.assign(texels=held_out.height, ns=query_ns(model, seed))
 
 
 def pair_errors(model, pictures, brightness):

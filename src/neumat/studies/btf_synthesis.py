@@ -27,10 +27,10 @@ def synthesis_table(model_path, queries_path, truth_path, methods, seed, progres
 
     Each statistic of `metrics.textures` has two columns: its ratio to that of the truth's own crops against each other
     (1 is perfect), and `<name>_scatters`, by how many standard deviations over the crops it lies beyond them. All are
-    means over the truth's pairs of directions and over PLACES. `copies` is the share itself, since the truth has none.
-    Cost: fetches, bytes, bytes_ratio (to the exemplar's
-    plane), ns of a query, first_s: seconds until the first query is answered; dynamic or stored.
-    Beside the methods: "exemplar", the ceiling, the exemplar decoded as it is; "shuffled", its texels in random order.
+    means over the truth's pairs of directions and over PLACES. `copies` is the share itself, since the truth has none;
+    `crops` counts those of all pairs. Cost: fetches, bytes, bytes_ratio (to the exemplar's plane), ns of a query,
+    first_s: seconds until the first query is answered; dynamic or stored. Beside the methods: "exemplar", the ceiling,
+    the exemplar decoded as it is; "shuffled", its texels in random order.
     """
     model, brightness = load_representation(model_path), exposure(read_btf(queries_path))
     truth = read_btf(truth_path)
@@ -44,7 +44,8 @@ def synthesis_table(model_path, queries_path, truth_path, methods, seed, progres
             pictures = _synthesised(EndlessBtf(model, synthesis), truth, brightness)
         names = list(STATISTICS) if method in methods else NEAR
         for part, truths in parts.items():
-            rows.append({"method": method, "part": part} | _ratios(pictures, truths, names) | cost)
+            sizes = {"texels": model.size[0], "crops": len(truths) * truths[0].count}
+            rows.append({"method": method, "part": part} | sizes | _ratios(pictures, truths, names) | cost)
     return pd.DataFrame(rows)
 
 

@@ -1,0 +1,91 @@
+"""The sections of docs/results.md on surfaces: bidirectional texture functions."""
+
+from neumat.reporting.result_sections import Section, show
+
+MAKE = "`make btf_all`"
+
+BTF_SECTIONS = (
+    Section(
+        "A captured surface, compressed and made endless",
+        "The default fit of a captured surface beside pictures at two pairs of directions that it has not seen, with "
+        "FLIP's map (black is no error); and what the default method makes of the exemplar over 1 to 45 exemplars.",
+        ("btf/figures/leather-ours.png",),
+        pictures={
+            "btf/figures/leather-ours.png": "Captured pictures and the default fit's",
+            "btf/figures/leather-endless.png": "The exemplar made endless, by levels of detail",
+        },
+    ),
+    Section(
+        "Representations of surfaces",
+        "Errors of sRGB pictures at pairs of directions that no fit saw, mean and worst; bytes, nanoseconds of a query "
+        "on one core, CPU seconds of the fit. `mean` is the null, one BRDF for the whole patch. `pca` and `sh` are "
+        "fitted to a grid of pictures with as many values as the random queries of the others; both triple planes have "
+        "equal planes and samples. `texels` is the side of exemplar and pictures.",
+        ("btf/tables/representations.csv",),
+        MAKE,
+        tables=(
+            show(
+                "btf/tables/representations.csv",
+                *("surface", "representation", "texels", "pictures", "psnr", "dssim", "flip", "psnr_worst"),
+                *("flip_worst", "bytes", "ns", "fit_s"),
+                pairs="report",
+            ),
+        ),
+        pictures={
+            "btf/figures/leather-representations.png": "Leather by every representation, and FLIP",
+            "btf/figures/weave-representations.png": "Weave by every representation, and FLIP",
+            "btf/charts/representations-bytes.png": "FLIP at held-out directions against bytes",
+            "btf/charts/representations-ns.png": "FLIP at held-out directions against the time of a query",
+        },
+    ),
+    Section(
+        "Relief",
+        "The same for surfaces of 0.5 to 4 times their relief: a plane of positions cannot follow how far a texel "
+        "moves with the view.",
+        ("btf/tables/relief.csv",),
+        MAKE,
+        tables=(
+            show(
+                "btf/tables/relief.csv",
+                *("surface", "relief", "representation", "texels", "pictures", "psnr", "dssim", "flip", "flip_50_75"),
+            ),
+        ),
+    ),
+    Section(
+        "Synthesis",
+        "Each statistic of a synthesised picture as a ratio to that of the true surface's own crops against each other "
+        "(1 is perfect). `repetition_scatters`: by how many standard deviations over crops the largest autocorrelation "
+        "exceeds the truth's. `copies`: share of windows that appear again at one offset. `exemplar`, decoded, is the "
+        "ceiling; `tiling`, `linear` and `shuffled` texels are nulls. The default methods were chosen on other "
+        "crops (`part` = `choice` in the file).",
+        ("btf/tables/synthesis.csv",),
+        MAKE,
+        tables=(
+            show(
+                "btf/tables/synthesis.csv",
+                *("surface", "method", "texels", "crops", "histogram", "spectrum", "autocovariance", "ghosts"),
+                *("coverage", "frechet", "repetition_scatters", "copies", "bytes_ratio", "ns", "first_s"),
+                part="report",
+            ),
+        ),
+        pictures={
+            f"btf/figures/{surface}-synthesis-4x.png": f"{surface.capitalize()}: exemplar, truth and every method"
+            for surface in ("leather", "weave", "stone", "wood", "metal", "bricks")
+        },
+    ),
+    Section(
+        "Rate of fits of surfaces",
+        "Plain PyTorch (autograd, `embedding_bag`, Adam) and this project's training, in turns on one core; `loss` is "
+        "the mean absolute error at held-out directions after equal numbers of samples.",
+        ("btf/tables/bench.csv",),
+        MAKE,
+        tables=(show("btf/tables/bench.csv"),),
+    ),
+    Section(
+        "Where surfaces break",
+        "Each method driven to where it fails: what was expected, what happened, and what guards against it.",
+        ("btf/tables/stability.csv",),
+        MAKE,
+        tables=(show("btf/tables/stability.csv"),),
+    ),
+)
