@@ -156,3 +156,9 @@ def test_refuses_unknown_names_and_files(tmp_path):
     (tmp_path / "other.safetensors").write_bytes(b"12345678")
     with pytest.raises(NeumatError, match="saved representation"):
         load_representation(tmp_path / "other.safetensors")
+
+
+@pytest.mark.parametrize(("name", "count"), [("ours", 2), ("triple-plane", 2), ("biplane", 1), ("neumip", 0)])
+def test_planes_of_directions_can_be_looked_at(name, count, albedo):
+    model = make_quick(name, samples=1000).fit(store_of(lambda light: lambertian(albedo, light), name), 0)
+    assert [plane.shape for plane in model.directional()] == [(8, 8, model.features)] * count

@@ -18,9 +18,8 @@ ENLARGEMENTS = (1, 5, 15, 45)
 
 def planes_figure(model, path):
     """Write the planes of a fitted triple plane, their principal components as colours (the paper's Fig. 2), as PNG."""
-    side = round(model.state["angular"].shape[1] ** 0.5)
-    planes = [model.positional(), *model.state["angular"].float().unflatten(1, (side, side))]
-    names = ["position", "half vector", "difference vector"][: len(planes)]
+    planes = [model.positional(), *model.directional()]
+    names = ["position", "half vector", "difference vector"]
     picture_grid(["features"], names, [[false_colours(plane) for plane in planes]], path)
 
 

@@ -1,6 +1,7 @@
 """Neural representations: planes of features and a small network (Xu et al. 2024, equations 4 and 8)."""
 
 import math
+import re
 from dataclasses import dataclass, replace
 
 import torch
@@ -51,6 +52,11 @@ class Neural(Representation):
     def positional(self):
         """Return the plane (H, W, channels) float32."""
         return unpacked("positional", self.state)
+
+    def directional(self):
+        """Return the planes of directions [(side, side, features)], float32."""
+        shape = (self.side, self.side, self.features)
+        return [unpacked(name, self.state).view(shape) for name in self.state if re.fullmatch(r"angular\d", name)]
 
     def _fit(self, store, seed, progress):
         return self._train(store, Encoding(exposure(store), self.curve), seed, progress)
