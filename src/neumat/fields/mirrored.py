@@ -31,20 +31,21 @@ MIRRORED = 0.5  # share of a batch: the directions drawn by uniform angles
 PAIRS = 8192  # of directions, over which brightness is a mean
 
 
-def unfolded_brightness(weights):
+def unfolded_brightness(weights, name="reciprocity"):
     """Return the brightness (n,), the mean of f cos theta_i, of fields (n, 675) that are evaluated without folding
     phi_d to [0, pi), over the pairs of directions with d_y < 0, as a multiple of what it is with folding: 1 is right.
+    name: of the pairs, which are others for another name.
     """
-    wi, wo = random_pairs(PAIRS)
+    wi, wo = random_pairs(PAIRS, name)
     inputs, cosine = half_difference(*rusinkiewicz(wi, wo)).to(weights.dtype), wi[:, 2:].to(weights.dtype)
     mirrored = inputs * inputs.new_tensor([1, 1, 1, -1, -1, 1])
     raw, folded = ((evaluate_inputs(weights, x) * cosine).mean((1, 2)) for x in (mirrored, inputs))
     return raw / folded
 
 
-def unfolded_error(weights):
+def unfolded_error(weights, name="reciprocity"):
     """Return how far (n,) the `unfolded_brightness` of fields (n, 675) is off; not a number where that is not one."""
-    return (unfolded_brightness(weights) - 1).abs()
+    return (unfolded_brightness(weights, name) - 1).abs()
 
 
 def mended(weights):
@@ -66,9 +67,9 @@ def mended(weights):
     return result
 
 
-def random_pairs(count):
-    """Return `count` random pairs of unit directions above the horizon, (2, count, 3) float64."""
-    pair = torch.randn(2, count, 3, generator=torch_generator(0, "reciprocity"))
+def random_pairs(count, name="reciprocity"):
+    """Return `count` random pairs of unit directions above the horizon, (2, count, 3) float64, by `name`."""
+    pair = torch.randn(2, count, 3, generator=torch_generator(0, name))
     pair[..., 2].abs_()
     return torch.nn.functional.normalize(pair, dim=2).double()
 

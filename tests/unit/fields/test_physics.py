@@ -5,6 +5,7 @@ import torch
 
 from neumat.fields.field import Field
 from neumat.fields.layout import SIZE, unpack
+from neumat.fields.mirrored import unfolded_error
 from neumat.fields.physics import largest_albedo, physics_table, unfolded_table
 from neumat.fields.validity import directional_albedos
 from neumat.seeds import torch_generator
@@ -50,5 +51,8 @@ def test_what_programs_show_that_do_not_fold(leaning):
     table = unfolded_table({"one": leaning(0.0)[None], "other": torch.stack([leaning(0.0), leaning(1.0)])})
     assert list(table["materials"]) == [1, 2] and list(table["above_10_percent"]) == [0, 1]
     assert table["worst"][0] < 1e-6 < 0.2 < table["worst"][1] < 0.6
+    checked = unfolded_error(leaning(1.0)[None]).item()  # where samples are mended and refused
+    reported = unfolded_table({"one": leaning(1.0)[None]})["worst"].item()
+    assert reported == pytest.approx(checked, rel=0.1) and reported != checked
     broken = unfolded_table({"broken": torch.full((2, SIZE), math.nan)})
     assert broken["above_10_percent"].item() == 2
