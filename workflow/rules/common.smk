@@ -265,7 +265,7 @@ def surface_of(name):
     try:
         surface = load_surface(
             f"{workflow.basedir}/config/btf/{name}.yaml",
-            f"{workflow.basedir}/workflow/schemas/btf.schema.json",
+            f"{workflow.basedir}/workflow/schemas/surface.schema.json",
         )
     except NeumatError as error:
         sys.exit(str(error))

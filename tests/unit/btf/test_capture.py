@@ -180,7 +180,7 @@ def test_shards_gather_to_the_store_of_one_job(waves, tmp_path):
 
 
 def test_surface_of_a_config_is_captured_with_all_that_tells_what_it_is(tmp_path):
-    config = load_surface(ROOT / "config/btf/weave.yaml", ROOT / "workflow/schemas/btf.schema.json")
+    config = load_surface(ROOT / "config/btf/weave.yaml", ROOT / "workflow/schemas/surface.schema.json")
     surface = Surface({**config, "tileable": True})
     capture.write_queries(tmp_path / "a.h5", surface, 12, range(2), 16, 4, 0)
     light = view = torch.tensor([[0.0, 0.6, 0.8]])

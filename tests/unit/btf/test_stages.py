@@ -17,7 +17,7 @@ HELD_OUT = SHARED | {"validation": 2, "report": 3, "shown": [[40, 30, 0, 0]]}
 
 @pytest.fixture(scope="module")
 def weave():
-    return load_surface(ROOT / "config/btf/weave.yaml", ROOT / "workflow/schemas/btf.schema.json")
+    return load_surface(ROOT / "config/btf/weave.yaml", ROOT / "workflow/schemas/surface.schema.json")
 
 
 @pytest.mark.parametrize(("capture", "settings"), [("queries", QUERIES), ("held-out", HELD_OUT)])

@@ -14,7 +14,7 @@ from neumat.config import load_surface
 from neumat.errors import NeumatError
 
 ROOT = Path(__file__).parents[3]
-SCHEMA = ROOT / "workflow/schemas/btf.schema.json"
+SCHEMA = ROOT / "workflow/schemas/surface.schema.json"
 FILES = sorted((ROOT / "config/btf").glob("*.yaml"))
 CONFIGS = {path.stem: load_surface(path, SCHEMA) for path in FILES}
 TILEABLE = {name: Surface({**config, "tileable": True}) for name, config in CONFIGS.items()}

@@ -32,7 +32,7 @@ def plane():
 
 @pytest.fixture(scope="module")
 def bench(tmp_path_factory):
-    surface = load_surface(ROOT / "config/btf/leather.yaml", ROOT / "workflow/schemas/btf.schema.json")
+    surface = load_surface(ROOT / "config/btf/leather.yaml", ROOT / "workflow/schemas/surface.schema.json")
     return BtfBench(surface, 16, 4, 20_000, 64, 0, tmp_path_factory.mktemp("stability"))
 
 
