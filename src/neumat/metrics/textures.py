@@ -35,6 +35,8 @@ class Ratio(NamedTuple):
 
 
 class Statistic(NamedTuple):
+    """What is seen of a picture, and how far two such descriptions are apart."""
+
     describe: Callable  # (picture, exemplar) -> descriptions, stacked in the first dimension
     distance: Callable  # (one description, descriptions (n, ...)) -> (n,)
 

@@ -41,6 +41,7 @@ def _rows(results, name, columns=(), drop=(), **keep):
 
 
 def show(name, *columns, **options):
+    """Return a function of the folder of results that returns the table `name` of the run, as `_rows` does."""
     return functools.partial(_rows, name=name, columns=columns, **options)
 
 
