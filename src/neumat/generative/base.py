@@ -3,13 +3,14 @@
 import abc
 import hashlib
 import json
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 
 import numpy as np
 import torch
 from safetensors import safe_open
 from safetensors.torch import save_file
 
+from neumat.configured import Configured
 from neumat.errors import NeumatError
 from neumat.fields.layout import SIZE
 from neumat.files import atomic_path, reading
@@ -95,7 +96,7 @@ def digest(metadata, tensors):
 
 
 @dataclass(kw_only=True)
-class GenerativeModel(abc.ABC):
+class GenerativeModel(Configured, abc.ABC):
     """One method. Its dataclass fields are its hyperparameters; what `fit` learns is a dict of tensors, `state`.
 
     kind: "weights", where samples are (n, 675), or "table", where they are (n, 3, m) coefficients of the source
@@ -144,12 +145,3 @@ class GenerativeModel(abc.ABC):
         model = cls(**json.loads(metadata["config"]))
         model.state = state
         return model
-
-    @classmethod
-    def from_config(cls, config):
-        """Return a model with these hyperparameters (dict). Raises NeumatError for an unknown one."""
-        known = [field.name for field in fields(cls)]
-        for key in config:
-            if key not in known:
-                raise NeumatError(cls.__name__, f"one of {', '.join(known) or 'no hyperparameters'}", key)
-        return cls(**config)

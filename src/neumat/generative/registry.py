@@ -1,6 +1,6 @@
 """Every generative model by the name that configs, files and tables use."""
 
-from neumat.errors import NeumatError
+from neumat.configured import configured
 from neumat.generative.baselines import (
     Copies,
     Interpolations,
@@ -31,6 +31,4 @@ def make(name, config=None):
 
     Raises NeumatError for an unknown name or hyperparameter.
     """
-    if name not in METHODS:
-        raise NeumatError("method", f"one of {', '.join(METHODS)}", name)
-    return METHODS[name].from_config(config or {})
+    return configured(METHODS, "method", name, config)

@@ -65,14 +65,18 @@ class Truth:
             among = [_distance(statistic, crop, other) for crop, other in zip(theirs, others, strict=True)]
             self.described[name], self.among[name] = torch.cat(theirs), torch.tensor(among, dtype=torch.float64)
 
-    def compare(self, picture):
-        """Return {name: Ratio} of a `picture` (H, W, 3); raises NeumatError for another size than the crops'."""
+    def compare(self, picture, names=None):
+        """Return {name: Ratio} of a `picture` (H, W, 3); raises NeumatError for another size than the crops'.
+
+        names: which of the statistics (None: all that the crops were described by).
+        """
         if picture.shape != self.size:
             raise NeumatError(
                 "comparison of textures", f"a picture of the crops' size {tuple(self.size)}", tuple(picture.shape)
             )
         found = {}
-        for name, statistic in self.statistics.items():
+        for name in names or self.statistics:
+            statistic = self.statistics[name]
             value = _distance(statistic, statistic.describe(picture, self.exemplar), self.described[name])
             found[name] = Ratio(value, self.among[name].mean().item(), self.among[name].std().item())
         return found

@@ -116,7 +116,7 @@ def _controls(model, truth, brightness, name, seed):
 def _ratios(pictures, truths, names):
     """Return {statistic: ratio, statistic_scatters: deviations}, means over pictures and places."""
     pairs = zip(pictures, truths, strict=True)
-    found = [truth.compare(picture) for places, truth in pairs for picture in places]
+    found = [truth.compare(picture, names) for places, truth in pairs for picture in places]
     row = {name: np.mean([ratios[name].ratio for ratios in found]) for name in names}
     if "copies" in row:  # the truth has none
         row["copies"] = np.mean([ratios["copies"].value for ratios in found])

@@ -3,11 +3,11 @@
 import abc
 import json
 import logging
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 
 import torch
 
-from neumat.errors import NeumatError
+from neumat.configured import Configured
 from neumat.generative.base import read_checkpoint, write_checkpoint
 
 SCHEMA = "1"
@@ -15,7 +15,7 @@ SWEEPS = 8  # in which brightness is compared
 
 
 @dataclass(kw_only=True)
-class Representation(abc.ABC):
+class Representation(Configured, abc.ABC):
     """One method. Its dataclass fields are its hyperparameters; what `fit` learns is a dict of tensors, `state`."""
 
     def fit(self, store, seed, progress=iter):
@@ -85,12 +85,3 @@ class Representation(abc.ABC):
         loaded = cls(**json.loads(metadata["config"]))
         loaded.state, loaded.size = state, tuple(json.loads(metadata["size"]))
         return loaded
-
-    @classmethod
-    def from_config(cls, config):
-        """Return a representation with these hyperparameters (dict). Raises NeumatError for an unknown one."""
-        known = [field.name for field in fields(cls)]
-        for key in config:
-            if key not in known:
-                raise NeumatError(cls.__name__, f"one of {', '.join(known) or 'no hyperparameters'}", key)
-        return cls(**config)

@@ -1,7 +1,6 @@
 """Neural representations: planes of features and a small network (Xu et al. 2024, equations 4 and 8)."""
 
 import math
-import re
 from dataclasses import dataclass, replace
 
 import torch
@@ -55,8 +54,7 @@ class Neural(Representation):
 
     def directional(self):
         """Return the planes of directions [(side, side, features)], float32."""
-        shape = (self.side, self.side, self.features)
-        return [unpacked(name, self.state).view(shape) for name in self.state if re.fullmatch(r"angular\d", name)]
+        return [plane.view(self.side, self.side, self.features) for plane in self._directional()]
 
     def _fit(self, store, seed, progress):
         return self._train(store, Encoding(exposure(store), self.curve), seed, progress)
@@ -109,6 +107,11 @@ class Neural(Representation):
             found[part] = encoding.decode(forward(first, layers[1:], features[part].T, shared).T)
         return found
 
+    def _directional(self):
+        """Return the planes of directions [(side^2, features)], float32."""
+        names = [f"angular{k}" for k in range(len(self.state)) if f"angular{k}" in self.state]
+        return [unpacked(name, self.state) for name in names]
+
     def _layers(self):
         """Return the network's matrices."""
         return [self.state[f"layer{k}"] for k in range(self.hidden + 1)]
@@ -117,9 +120,6 @@ class Neural(Representation):
         """Return what pairs of directions (n or 1, 3) add to the first layer, (width, n or 1)."""
         light, view = torch.broadcast_tensors(light, view)
         positions, extras = self.parametrise(light, view)
-        fetched = [
-            gather(unpacked(f"angular{k}", self.state), *nodes(position, self.side))
-            for k, position in enumerate(positions)
-        ]
-        inputs = torch.cat([*fetched, extras])
+        planes = zip(self._directional(), positions, strict=True)
+        inputs = torch.cat([*(gather(plane, *nodes(position, self.side)) for plane, position in planes), extras])
         return self._layers()[0][:, self.channels :] @ inputs

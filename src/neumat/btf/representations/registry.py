@@ -4,6 +4,7 @@ from safetensors import safe_open
 
 from neumat.btf.representations.linear import Pca, SphericalHarmonics
 from neumat.btf.representations.variants import Biplane, Mean, NeuMip, Ours, TriplePlane
+from neumat.configured import configured
 from neumat.errors import NeumatError
 from neumat.files import reading
 
@@ -23,9 +24,7 @@ def make(name, config=None):
 
     Raises NeumatError for an unknown name or hyperparameter.
     """
-    if name not in REPRESENTATIONS:
-        raise NeumatError("representation", f"one of {', '.join(REPRESENTATIONS)}", name)
-    return REPRESENTATIONS[name].from_config(config or {})
+    return configured(REPRESENTATIONS, "representation", name, config)
 
 
 def load_representation(path):
