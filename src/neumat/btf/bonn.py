@@ -12,7 +12,8 @@ import torch
 
 from neumat.btf.bonn_header import DFMF, Fields, read_header
 from neumat.btf.colour_models import DECODERS
-from neumat.btf.picture_set import PictureSet, grid
+from neumat.btf.directions import grid
+from neumat.btf.picture_set import PictureSet
 from neumat.errors import NeumatError
 from neumat.files import reading
 

@@ -23,20 +23,28 @@ def spherical(theta, phi):
     return torch.stack([sin * torch.cos(phi), sin * torch.sin(phi), torch.cos(theta)], -1)
 
 
-def _rings(thetas, counts, offsets):
+def rings(thetas, counts, offsets=None):
+    """Return the directions (n, 3) of rings: their polar angles, how many directions each has, and the azimuth of the
+    first (None: 0 everywhere), degrees."""
+    offsets = [0] * len(counts) if offsets is None else offsets
     theta = torch.tensor(thetas, dtype=torch.float64).repeat_interleave(torch.tensor(counts))
     phi = torch.cat([offset + 360 * torch.arange(n).double() / n for n, offset in zip(counts, offsets, strict=True)])
     return spherical(theta.deg2rad(), phi.deg2rad()).float()
 
 
+def grid(views, lights):
+    """Return light and view (v l, 3) of every light (l, 3) for every view (v, 3), view by view."""
+    return lights.repeat(len(views), 1), views.repeat_interleave(len(lights), 0)
+
+
 def ubo2014_directions():
     """Return the 151 directions (151, 3) of lights, and of views, of the UBO2014 database, ring by ring."""
-    return _rings(*UBO2014)
+    return rings(*UBO2014)
 
 
 def ubo2003_directions():
     """Return the 81 directions (81, 3) of lights, and of views, of the UBO2003 and ATRIUM databases, ring by ring."""
-    return _rings(*UBO2003)
+    return rings(*UBO2003)
 
 
 def concentric_square(direction):

@@ -4,24 +4,19 @@ import math
 
 import torch
 
-from neumat.btf.directions import random_directions, spherical
+from neumat.btf.directions import grid, random_directions, rings, spherical
 from neumat.seeds import torch_generator
 
 STEEPEST = math.radians(75)  # of held-out directions: the steepest that any measured database has
 
 
-def grid_directions(theta, count):
-    """Return the directions (n, 3) of rings at polar angles `theta`, degrees, with `count` directions each."""
-    angles = torch.tensor(theta, dtype=torch.float64).deg2rad().repeat_interleave(torch.tensor(count))
-    turns = torch.cat([2 * math.pi * torch.arange(n).double() / n for n in count])
-    return spherical(angles, turns).float()
-
-
 def grid_pairs(theta, count):
-    """Return light and view, each (n^2, 3): every view of the ring grid under every light, view by view."""
-    directions = grid_directions(theta, count)
-    n = len(directions)
-    return directions.repeat(n, 1), directions.repeat_interleave(n, 0)
+    """Return light and view, each (n^2, 3): every view of a ring grid under every light of it, view by view.
+
+    theta: polar angles of the rings, degrees; count: directions of each.
+    """
+    directions = rings(theta, count)
+    return grid(directions, directions)
 
 
 def held_out_pairs(n, seed, name):

@@ -32,11 +32,6 @@ class PictureSet:
         return blocks(len(self.light), self.side)
 
 
-def grid(views, lights):
-    """Return light and view (v l, 3) of every light (l, 3) for every view (v, 3), view by view."""
-    return lights.repeat(len(views), 1), views.repeat_interleave(len(lights), 0)
-
-
 def blocks(count, side):
     """Return slices of `count` pictures of side x side texels that memory holds one at a time."""
     size = max(1, BLOCK // side**2)

@@ -17,8 +17,8 @@ import numpy as np
 import torch
 from PIL import Image, UnidentifiedImageError
 
-from neumat.btf.directions import UBO2003, ubo2003_directions
-from neumat.btf.picture_set import PictureSet, grid
+from neumat.btf.directions import UBO2003, grid, ubo2003_directions
+from neumat.btf.picture_set import PictureSet
 from neumat.btf.rgbe import decode_rgbe
 from neumat.errors import NeumatError
 from neumat.files import reading

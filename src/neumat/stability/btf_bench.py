@@ -6,8 +6,9 @@ import math
 import torch
 
 from neumat.btf.capture import write_pictures, write_queries
-from neumat.btf.directions import random_pairs, spherical
+from neumat.btf.directions import random_pairs
 from neumat.btf.exposure import exposure
+from neumat.btf.pairs import grid_pairs
 from neumat.btf.representations.registry import make
 from neumat.btf.store import BtfStore, attributes, read_btf
 from neumat.btf.surfaces.surface import Surface
@@ -58,11 +59,9 @@ class BtfBench:
         """Return the BtfStore of pictures for every one of `count` views under every one of as many lights: the normal,
         and the others in a ring, and in two where they are more than 5."""
         if count not in self._grids:
-            rings = [(45, count - 1)] if count <= 5 else [(35, (count - 1) // 2), (75, count - 1 - (count - 1) // 2)]
-            angles = [(0.0, 0.0)] + [(theta, 360 * k / n) for theta, n in rings for k in range(n)]
-            directions = spherical(*torch.tensor(angles).deg2rad().T)
-            light, view = directions.repeat(count, 1), directions.repeat_interleave(count, 0)
-            self._grids[count] = self.pictures(light, view, paths=PATHS)
+            inner = (count - 1) // 2
+            angles = ((0, 45), (1, count - 1)) if count <= 5 else ((0, 35, 75), (1, inner, count - 1 - inner))
+            self._grids[count] = self.pictures(*grid_pairs(*angles), paths=PATHS)
         return self._grids[count]
 
     @functools.cached_property

@@ -13,9 +13,8 @@ from hypothesis import strategies as st
 from neumat.btf.bonn import read_bonn
 from neumat.btf.bonn_writer import write_dfmf
 from neumat.btf.colour_models import DECODERS, ENCODERS
-from neumat.btf.directions import spherical, ubo2014_directions
+from neumat.btf.directions import grid, spherical, ubo2014_directions
 from neumat.btf.measured import read_measured
-from neumat.btf.picture_set import grid
 from neumat.btf.store import BtfStore
 from neumat.errors import NeumatError
 

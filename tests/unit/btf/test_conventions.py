@@ -6,8 +6,7 @@ import pytest
 import torch
 
 from neumat.btf.conventions import CURL, Witness
-from neumat.btf.directions import ubo2003_directions
-from neumat.btf.picture_set import grid
+from neumat.btf.directions import grid, ubo2003_directions
 
 SIDE = 24
 LIGHT, VIEW = grid(ubo2003_directions()[[0, 9]], ubo2003_directions())
