@@ -14,9 +14,10 @@ from neumat.fields.field import evaluate_inputs
 from neumat.fields.fit import FILL, GROUP, Directions, soap, train
 from neumat.seeds import torch_generator
 
-LIMIT = 0.1  # largest error of the brightness
+LIMIT = 0.1  # largest error of the brightness, over any pairs of directions
+SERVED = 0.8 * LIMIT  # the same over the pairs of the check of what is served: over others it is not the same
 NONE = 1e-3  # an error below which a field is left as it is
-FAR = LIMIT / 2  # an error beyond which a field is trained again: over other pairs of directions it is not the same
+FAR = LIMIT / 2  # an error beyond which a field is trained again
 ROUNDS = 3  # of training
 EVERY = 97  # a step through the entries above the horizon that no length of the grid's axes divides
 TRAINING = {
@@ -52,8 +53,8 @@ def mended(weights):
     """Return fields (n, 675) like `weights` (n, 675) that show the same without folding phi_d.
 
     Each is trained to its own values, with half of the directions mirrored; a training that leaves a larger error of
-    the brightness than there was is dropped. Some may still be beyond LIMIT, see `fields.validity.valid`. A result does
-    not depend on the others, since short groups are filled up.
+    the brightness than there was is dropped. Some may still be beyond SERVED, see `fields.validity.valid`. A result
+    does not depend on the others, since short groups are filled up.
     """
     result, error = weights.clone(), unfolded_error(weights)
     for round_ in range(ROUNDS):

@@ -7,7 +7,7 @@ import torch
 from neumat.brdf.coordinates import half_difference
 from neumat.brdf.validity import albedo_nodes
 from neumat.fields.field import evaluate_inputs
-from neumat.fields.mirrored import LIMIT, unfolded_error
+from neumat.fields.mirrored import SERVED, unfolded_error
 
 POLAR, AZIMUTHS = 64, 16  # of the quadrature: the widths of highlights need the first, the horizon the second
 ANGLES = tuple(
@@ -24,10 +24,10 @@ LARGEST_PEAK = 1e4  # 1/sr
 def valid(weights):
     """Return whether each of the fields (n, 675) can be served: bool (n,).
 
-    That is: it is `physical`, and in programs that do not fold phi_d its brightness is off by at most LIMIT.
+    That is: it is `physical`, and in programs that do not fold phi_d its brightness is off by at most SERVED.
     """
     result = physical(weights)
-    result[result.clone()] = unfolded_error(weights[result]) <= LIMIT
+    result[result.clone()] = unfolded_error(weights[result]) <= SERVED
     return result
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import torch
 
 from neumat.errors import NeumatError
-from neumat.fields.mirrored import LIMIT, unfolded_error
+from neumat.fields.mirrored import SERVED, unfolded_error
 from neumat.generative.anew import served
 from neumat.generative.base import GenerativeModel
 from neumat.generative.denoisers import DENOISERS
@@ -155,7 +155,7 @@ class HyperDiffusion(GenerativeModel):
         """Return samples that other programs show right, see `fields.mirrored`; they may be no valid BRDF otherwise."""
 
         def right(weights):
-            return unfolded_error(weights) <= LIMIT
+            return unfolded_error(weights) <= SERVED
 
         weights, drawn = served(
             lambda rows, seed, share: (self.draw(len(rows), seed), len(rows)), n, seed, "samples", right
