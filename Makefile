@@ -53,5 +53,5 @@ config-table: $(STAMP)
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv
-	.venv/bin/pip install --constraint constraints.txt --editable '.[llvm,encoders,shaders,test]'
+	.venv/bin/pip install --constraint constraints.txt --editable '.[llvm,shaders,test]'
 	touch $@

