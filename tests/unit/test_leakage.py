@@ -32,6 +32,7 @@ from neumat.generative.baselines import Copies, Merl100
 from neumat.generative.conditional import ConditionalDiffusion
 from neumat.generative.dataset import training_dataset
 from neumat.generative.hyperdiffusion import HyperDiffusion
+from neumat.generative.orders import reorder
 from neumat.generative.registry import METHODS
 from neumat.metrics.novelty import nearest_training
 from neumat.render.sphere import FrozenSphere
@@ -279,12 +280,14 @@ def test_texts_and_images_are_projected_by_training_materials(run, monkeypatch, 
 def test_requests_are_learnt_from_training_materials(run, monkeypatch):
     """The tuned model, and what its checkpoint carries to answer requests by."""
     fitted = []
-    same = SimpleNamespace(text=lambda rows: rows, image=lambda rows: rows, state={})
+    same = SimpleNamespace(text=lambda rows: rows, image=lambda rows: rows, state={}, encoder="")
     everything = pd.DataFrame(np.eye(len(run.rows)) > 0)
     monkeypatch.setattr(training, "read_projection", lambda path: same)
     monkeypatch.setattr(training, "read_table", lambda path: None)
     monkeypatch.setattr(training, "categorise", lambda statistics, rules: everything)
     monkeypatch.setattr(training, "rendered_appearance", lambda weights: weights)
+    monkeypatch.setattr(training, "encoder_of", lambda name: None)
+    monkeypatch.setattr(training, "encoded_descriptions", lambda encoder: torch.zeros(1, 1))
     regression = SimpleNamespace(fit=lambda images, seen: SimpleNamespace(state={"images": images, "seen": seen}))
     monkeypatch.setattr(training, "AppearanceRegression", regression)
     monkeypatch.setattr(HyperDiffusion, "load", lambda path: SimpleNamespace())
@@ -300,7 +303,7 @@ def test_requests_are_learnt_from_training_materials(run, monkeypatch):
         (given["category"], torch.eye(len(run.rows))),
         (given["text"], c.text),
         (given["image"], c.image),
-        (model.extra["weights"], run.weights),
+        (reorder(model.extra["fields"][model.extra["positions"]], model.extra["orders"].long()), run.weights),
         (model.extra["appearance.images"], c.image),
         (model.extra["appearance.seen"], run.weights),
     ):

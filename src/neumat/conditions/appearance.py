@@ -14,6 +14,7 @@ from neumat.render.sphere import FrozenSphere, render_fields
 
 SIZE, RINGS, AZIMUTHS = 16, 16, 24  # of the pictures that are compared
 PENALTY = 1.0
+AXES = 32  # of the appearance of materials: the others hold .01 % of its variance
 
 
 def rendered_appearance(weights):
@@ -27,7 +28,8 @@ def _camera():
 
 
 class AppearanceRegression:
-    """The regression. state: mean (i,) of encoded pictures, kernel (i, p), bias (p,).
+    """The regression, onto the principal axes of what is seen. state: mean (i,) of encoded pictures, kernel (i, AXES),
+    axes (AXES, p), bias (p,).
 
     Features keep their own scales: were each divided by its deviation, those that spheres hardly ever show and photos
     do would decide, and an orange cloth would be told as green metal.
@@ -43,11 +45,14 @@ class AppearanceRegression:
         rows = images.flatten(0, 1).double()
         mean, bias = rows.mean(0), seen.double().mean(0)
         rows = rows - mean
-        targets = (seen.double() - bias).repeat_interleave(images.shape[1], 0)
+        _, _, axes = torch.linalg.svd(seen.double() - bias, full_matrices=False)
+        axes = axes[:AXES]
+        targets = ((seen.double() - bias) @ axes.T).repeat_interleave(images.shape[1], 0)
         penalty = PENALTY * rows.square().sum(1).mean() * torch.eye(rows.shape[1], dtype=torch.float64)
         kernel = torch.linalg.solve(rows.T @ rows + penalty, rows.T @ targets)
-        return cls({"mean": mean.float(), "kernel": kernel.float(), "bias": bias.float()})
+        state = {"mean": mean, "kernel": kernel, "axes": axes.contiguous(), "bias": bias}
+        return cls({name: value.float() for name, value in state.items()})
 
     def __call__(self, features):
         """Return the appearance (n, p) predicted from encoded pictures (n, i)."""
-        return (features - self.state["mean"]) @ self.state["kernel"] + self.state["bias"]
+        return (features - self.state["mean"]) @ self.state["kernel"] @ self.state["axes"] + self.state["bias"]

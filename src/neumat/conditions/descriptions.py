@@ -10,20 +10,26 @@ from neumat.conditions.texts import GLOSS as GLOSS_WORDINGS
 from neumat.metrics.appearance import appearance
 from neumat.metrics.words import COLOURS, GLOSS, colour_name, gloss_name
 
+DESCRIPTIONS = tuple(itertools.product(COLOURS, GLOSS, ("material", "metal")))
+
+
+def encoded_descriptions(encoder):
+    """Return every one of DESCRIPTIONS, (d, t), as `encoder` reads it on average over the wordings of its gloss."""
+    texts = [
+        [f"{wording} {colour} {thing}" for wording in GLOSS_WORDINGS[gloss]] for colour, gloss, thing in DESCRIPTIONS
+    ]
+    features = encoder.encode_text(list(itertools.chain(*texts))).split([len(wordings) for wordings in texts])
+    return torch.stack([wordings.mean(0) for wordings in features])
+
 
 class Descriptions:
-    """Every description there is, encoded by `encoder` (see `conditions.encoders`).
+    """Every description there is; features (d, t): see `encoded_descriptions`.
 
-    Features are compared as the encoder gives them, less what all descriptions have in common: the projection into the
+    They are compared as the encoder gives them, less what all descriptions have in common: the projection into the
     common space forgets much of what it was not trained on.
     """
 
-    def __init__(self, encoder):
-        self.words = list(itertools.product(COLOURS, GLOSS, ("material", "metal")))
-        features = torch.stack([
-            encoder.encode_text([f"{wording} {colour} {thing}" for wording in GLOSS_WORDINGS[gloss]]).mean(0)
-            for colour, gloss, thing in self.words
-        ])  # fmt: skip
+    def __init__(self, features):
         self.centre = features.mean(0)
         self.features = normalize(features - self.centre)
 
@@ -32,5 +38,5 @@ class Descriptions:
         seen = appearance(weights.flatten(0, 1))
         things = np.where(seen["metallic"], "metal", "material")
         named = zip(colour_name(seen), gloss_name(seen), things, strict=True)
-        own = self.features[torch.tensor([self.words.index(words) for words in named])]
+        own = self.features[torch.tensor([DESCRIPTIONS.index(words) for words in named])]
         return (own.view(*weights.shape[:2], -1) * normalize(texts - self.centre)[:, None]).sum(2)

@@ -16,11 +16,13 @@ from neumat.conditions.text_input import hardly_known, readable_text
 from neumat.errors import NeumatError
 from neumat.generative.anew import served
 from neumat.generative.conditional import ConditionalDiffusion
+from neumat.generative.orders import ORDERS, distinct, reorder
 from neumat.render.sphere import FrozenSphere, render_fields
 
 FAMILIAR = 0.72  # cosine above which words that an encoder knows in pieces only are understood nevertheless
 FARTHEST = 0.5  # cosine to the nearest training caption, below which a text is not about materials
-NEEDED = {"captions", "weights", "rendered", "appearance.kernel"}  # beside the networks, in a checkpoint
+# Beside the networks, in a checkpoint.
+NEEDED = {"captions", "descriptions", "fields", "positions", "orders", "appearance.axes"}
 SERVED = {"guidance", "candidates"}  # among its notes: how requests are served, of the config that it was tuned with
 TOLD = {"text", "image"}  # modalities by which candidates can be told apart
 CHOOSY = 4  # one in so many candidates is a good answer, of which the most different are served
@@ -43,8 +45,10 @@ class Synthesiser:
         self.types, self.categories = model.notes["types"], model.notes["categories"]
         self.guidance, self.candidates = model.notes["guidance"], model.notes["candidates"]
         extra = dict(model.extra)
-        self.captions, self.weights = extra.pop("captions"), extra.pop("weights")
-        self.rendered = extra.pop("rendered").float()
+        self.captions = extra.pop("captions").float()
+        self.descriptions = Descriptions(extra.pop("descriptions"))
+        positions, orders = extra.pop("positions").long(), extra.pop("orders").long()
+        self.weights = reorder(extra.pop("fields")[positions], orders)
         state = {name: extra.pop(name) for name in list(extra) if name.startswith("appearance.")}
         self.appearance = AppearanceRegression(
             {name.removeprefix("appearance."): value for name, value in state.items()}
@@ -54,9 +58,11 @@ class Synthesiser:
         self.camera = FrozenSphere(SIZE, RINGS, AZIMUTHS)
 
     @functools.cached_property
-    def descriptions(self):
-        """The Descriptions, encoded where a text first needs them."""
-        return Descriptions(self.encoder)
+    def rendered(self):
+        """The `rendered_appearance` of the training materials, rendered where a picture first needs it."""
+        fields, positions, orders = distinct(self.weights)
+        pictures = rendered_appearance(fields).unflatten(1, (-1, 3))[positions]
+        return pictures.gather(2, ORDERS[orders][:, None].expand_as(pictures)).flatten(1)
 
     @classmethod
     def load(cls, path):
@@ -177,7 +183,7 @@ class Synthesiser:
         """
         read = [readable_text(text, self.encoder) for text in texts]
         features = self.encoder.encode_text(read)
-        near = (features @ self.captions.float().T).amax(1).tolist()
+        near = (features @ self.captions.T).amax(1).tolist()
         for text, known, nearest in zip(texts, read, near, strict=True):
             if nearest < FARTHEST:
                 logging.warning("text %.40r: unlike any description of a material (similarity %.2f)", text, nearest)

@@ -7,6 +7,8 @@ from torch.nn.functional import normalize
 from neumat.augment.manifest import read_manifest
 from neumat.brdf.categories import CATEGORIES, categorise
 from neumat.conditions.appearance import AppearanceRegression, rendered_appearance
+from neumat.conditions.descriptions import encoded_descriptions
+from neumat.conditions.encoders import encoder_of
 from neumat.conditions.projection import Projection
 from neumat.conditions.store import read_conditions
 from neumat.fields.store import read_neumerl
@@ -14,6 +16,7 @@ from neumat.files import reading
 from neumat.generative.conditional import ConditionalDiffusion, Tuning
 from neumat.generative.dataset import training_indices
 from neumat.generative.hyperdiffusion import HyperDiffusion
+from neumat.generative.orders import distinct
 from neumat.tables import read_table
 
 PROTOCOL = "parity"
@@ -41,12 +44,20 @@ def training_conditions(conditions, projection, category, train):
 
 
 def for_requests(projection, captions, weights, images):
-    """Return the tensors that a Synthesiser needs beside the networks: the Projection, captions (m, t), as encoded, and
-    the training materials (n, 675) with their rendered appearance and the regression that predicts it from encoded
-    pictures (n, a, i)."""
-    seen = rendered_appearance(weights)
-    told = {f"appearance.{name}": value for name, value in AppearanceRegression.fit(images, seen).state.items()}
-    return projection.state | told | {"captions": captions, "weights": weights, "rendered": seen.half()}
+    """Return the tensors that a Synthesiser needs beside the networks: the Projection, captions (m, t) and what
+    materials are called, as encoded, the training materials (n, 675), those that differ by the order of their channels
+    once, and the regression that predicts their rendered appearance from encoded pictures (n, a, i)."""
+    told = AppearanceRegression.fit(images, rendered_appearance(weights)).state
+    fields, positions, orders = distinct(weights)
+    return {
+        **projection.state,
+        **{f"appearance.{name}": value for name, value in told.items()},
+        "captions": captions,
+        "descriptions": encoded_descriptions(encoder_of(projection.encoder)),
+        "fields": fields,
+        "positions": positions.int(),
+        "orders": orders.byte(),
+    }
 
 
 def tune(paths, tuning, rules, sampling, served, seed, progress, checkpoint):

@@ -71,7 +71,7 @@ def read_checkpoint(path, what, schema, model):
     with reading(path, what), safe_open(path, "pt") as file:
         metadata = file.metadata() or {}
         tensors = {name: file.get_tensor(name) for name in file.keys()}
-    for key, expected in (("schema", schema), ("model", model)):
+    for key, expected in (("model", model), ("schema", schema)):
         if metadata.get(key) != expected:
             raise NeumatError(path, f"{key} {expected}", metadata.get(key))
     if metadata.pop("digest", None) != digest(metadata, tensors):

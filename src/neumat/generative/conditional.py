@@ -18,7 +18,7 @@ from neumat.generative.orders import OrderOfRequest, colours
 from neumat.generative.schedule import Denoiser, loguniform_sigmas
 from neumat.generative.training import device, seeded, train
 
-SCHEMA = "3"
+SCHEMA = "4"
 MODALITIES = ("type", "category", "text", "image")
 HIDDEN = 256
 COLOURED = ("text", "image")  # those that may say which colour
@@ -245,7 +245,7 @@ class ConditionalDiffusion:
         groups = {"base": {}, "tuned": {}, "extra": {}}
         for name, value in tensors.items():
             group, key = name.split("/", 1)
-            groups[group][key] = value
+            groups[group][key] = value.float() if value.dtype == torch.float16 else value
         model = cls(HyperDiffusion(**base), Tuning(**tuning), notes, groups["extra"])
         model.base.state, model.state, model.sizes = groups["base"], groups["tuned"], sizes
         return model

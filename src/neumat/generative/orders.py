@@ -34,6 +34,14 @@ def brightest_first(weights):
     return reorder(weights, _number(channels)), _number(channels.argsort(1))
 
 
+def distinct(weights):
+    """Return (the different fields (m, 675) among `weights` (n, 675), brightest channel first, the position (n,) of
+    each of the n among them, its order (n,)): `reorder(fields[position], order)` gives `weights` again."""
+    fields, orders = brightest_first(weights)
+    fields, positions = fields.unique(dim=0, return_inverse=True)
+    return fields, positions, orders
+
+
 def reorder(weights, orders):
     """Return the fields (n, 675) with their channels in `orders` (n,), positions in ORDERS: exact, no refit."""
     return weights.gather(1, INDICES[orders])

@@ -56,7 +56,7 @@ class Coordinates:
     """
 
     def __init__(self, mean, into, back):
-        self.mean, self.into, self.back = mean, into, back
+        self.mean, self.into, self.back = mean.double(), into.double(), back.double()
 
     @classmethod
     def fit(cls, weights, components, metric, power, generator):

@@ -7,7 +7,7 @@ import torch
 from torch.nn.functional import normalize
 
 from neumat.conditions.appearance import rendered_appearance
-from neumat.conditions.descriptions import Descriptions
+from neumat.conditions.descriptions import Descriptions, encoded_descriptions
 from neumat.conditions.synthesis import Synthesiser, check_numbers, scale
 from neumat.errors import NeumatError
 from neumat.generative.conditional import MODALITIES
@@ -143,7 +143,6 @@ def test_of_good_answers_to_a_text_the_different_ones_are_served(judging, lamber
 def test_answers_to_a_picture_begin_with_different_materials_that_look_like_it(judging, lambert):
     dim, dark = (0.4, 0.04, 0.04), (0.25, 0.025, 0.025)
     judging.weights = lambert(BLUE, dark, RED, GREEN, dim)
-    judging.rendered = rendered_appearance(judging.weights)
     asked = {"image": rendered_appearance(lambert(RED, BLUE))}
     fields, level = judging.start(asked, 2, 3)
     fields = fields.view(2, 2, 3, -1)
@@ -155,6 +154,11 @@ def test_answers_to_a_picture_begin_with_different_materials_that_look_like_it(j
         assert judging.start(other, 2, 3) is None
 
 
+def test_training_materials_are_rendered_once_and_their_pictures_permuted_as_they_are(judging, lambert):
+    judging.weights = lambert(RED, BLUE, (0.1, 0.3, 0.2), GREEN, (0.3, 0.2, 0.1))
+    assert torch.equal(judging.rendered, rendered_appearance(judging.weights))
+
+
 def test_of_each_materials_variants_the_most_like_the_picture_is_served(judging, lambert):
     dim = (0.4, 0.04, 0.04)
     weights = lambert(BLUE, dim, GREEN, GREEN, RED, BLUE)[None]
@@ -164,7 +168,7 @@ def test_of_each_materials_variants_the_most_like_the_picture_is_served(judging,
 
 def test_what_is_called_as_the_text_says_wins_where_pictures_say_nothing(judging, toy, lambert):
     judging.images = lambda pictures: torch.zeros(len(pictures), toy.WORDS)
-    judging.descriptions = Descriptions(toy())
+    judging.descriptions = Descriptions(encoded_descriptions(toy()))
     weights = lambert(RED, GREEN, BLUE)[None]
     for text, expected in (("red thing", RED), ("a matte blue thing", BLUE), ("green", GREEN)):
         (found,) = judging.best(weights, {"text": toy().encode_text([text])}, 1)

@@ -57,12 +57,11 @@ def bench(toy):
     base.fit(Dataset(weights, index, index % 6, index >= 0), seed=0)
     notes = {"encoder": "toy", "types": TYPES, "categories": list(CATEGORIES)}
     notes |= {"guidance": dict.fromkeys(MODALITIES, 1.0), "candidates": 2}
-    extra = for_requests(projection, said, weights, encoder.encode_image(seen)[:, None])
-    model = ConditionalDiffusion(base, Tuning(steps=150, batch=64), notes, extra)
-    model.fit(weights, conditions, seed=1)
-
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(encoders.ENCODERS, "toy", toy)
+        extra = for_requests(projection, said, weights, encoder.encode_image(seen)[:, None])
+        model = ConditionalDiffusion(base, Tuning(steps=150, batch=64), notes, extra)
+        model.fit(weights, conditions, seed=1)
         synthesiser = Synthesiser(model)
     entries = torch.arange(0, np.prod(GRID), 20011)
     return StressBench(synthesiser, entries, weights, dict.fromkeys(MODALITIES, 1.0), seed=0)
