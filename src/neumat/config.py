@@ -63,13 +63,18 @@ def load_scene(path, schema):
 
 def load_surface(path, schema):
     """Return the config of a surface's YAML file with the defaults of `schema` (a path) and of its process filled in,
-    checked.
+    checked. That of a measured surface has the key `file` in place of `process`.
 
-    Raises NeumatError for a missing file, one that is no YAML, the first wrong key, and a material that is neither an
-    embedded one nor a file.
+    Raises NeumatError for a missing file, one that is no YAML, the first wrong key, a measured file that is missing,
+    and a material that is neither an embedded one nor a file.
     """
     config = _read_yaml(path, "a surface's YAML file")
     schema = json.loads(Path(schema).read_text(encoding="utf-8"))
+    if isinstance(config, dict) and "file" in config:
+        config = _checked(config, schema["$defs"]["measured"], path)
+        if not os.path.exists(config["file"]):
+            raise NeumatError(f"{path}: key file", "a .btf file, or a folder or .zip of pictures", config["file"])
+        return config
     process = config.get("process") if isinstance(config, dict) else None
     if isinstance(process, str) and process in schema["$defs"]:
         schema["properties"] |= schema["$defs"][process]["properties"]

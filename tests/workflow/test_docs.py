@@ -13,7 +13,7 @@ import pytest
 import yaml
 from runner import ROOT, SMOKE, command
 
-from neumat.config import load, load_scene
+from neumat.config import load, load_scene, load_surface
 
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -106,7 +106,8 @@ def check(line, folder, what):
 
 
 @pytest.mark.parametrize("page", WITH_BLOCKS, ids=lambda page: page.name)
-def test_snippets_of_configuration_are_valid(page, tmp_path):
+def test_snippets_of_configuration_are_valid(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     schemas = ROOT / "workflow/schemas"
     for block in blocks(page):
         if block.language != "yaml":
@@ -115,6 +116,10 @@ def test_snippets_of_configuration_are_valid(page, tmp_path):
         if "light" in content:
             (tmp_path / "scene.yaml").write_text(block.text)
             load_scene(tmp_path / "scene.yaml", schemas / "scene.schema.json")
+        elif "file" in content:
+            (tmp_path / "surface.yaml").write_text(block.text)
+            (tmp_path / content["file"]).touch()
+            load_surface(tmp_path / "surface.yaml", schemas / "surface.schema.json")
         else:
             load(content, schemas / "config.schema.json")
 

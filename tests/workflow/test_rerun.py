@@ -53,10 +53,13 @@ def test_cores_and_threads_rerun_nothing(smoke, arguments):
         ("render: {grid_rows: 1}", {"grid", "run_table"}),
         ("scenes: {samples: 16}", {"scene", "run_table"}),
         ("scenes: {tolerance: 0.08}", {"chart_models", "run_table"}),
-        ("btf: {synthesis: {stochastic: hex}}", {"btf_ours", "btf_compared", "run_table"}),
+        (
+            "btf: {synthesis: {stochastic: hex}}",
+            {"btf_ours", "btf_synthesis", "btf_compared", "btf_tables", "run_table"},
+        ),
         (
             "btf: {representations: {neumip: {samples: 30000}}}",
-            {"btf_fit", "btf_quality", "btf_compared", "btf_tables", "btf_chart", "run_table"},
+            {"btf_fit", "btf_quality", "btf_synthesis", "btf_compared", "btf_tables", "btf_chart", "run_table"},
         ),
         (
             "constrained: {rules: {mirror_width: 0.1}}",

@@ -23,13 +23,36 @@ rule btf_shard:
         "../scripts/btf_shard.py"
 
 
+# A measured surface: its file, read.
+rule btf_measured:
+    input:
+        lambda wildcards: surface_of(wildcards.surface)["file"],
+    output:
+        "results/btf/measured/{surface}.h5",
+    log:
+        "results/logs/btf_measured/{surface}.log",
+    benchmark:
+        "results/benchmarks/btf_measured/{surface}.tsv"
+    conda:
+        "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=3000,
+        runtime=60,
+    params:
+        code=code("btf_measured"),
+        options=lambda wildcards: {
+            key: surface_of(wildcards.surface)[key]
+            for key in ("cosine", "rows", "scale", "size_mm", "gamma")
+        },
+    script:
+        "../scripts/btf_measured.py"
+
+
+# The shards of a captured surface, put together; of a measured one, its pictures or random values of them.
 rule btf_capture:
     input:
-        lambda wildcards: expand(
-            "results/btf/shards/{{surface}}/{{capture}}/{k}-of-{n}.h5",
-            k=range(1, capture_shards(wildcards.capture) + 1),
-            n=capture_shards(wildcards.capture),
-        ),
+        lambda wildcards: captured_from(wildcards.surface, wildcards.capture),
     output:
         "results/btf/captures/{surface}/{capture}.h5",
     log:
@@ -40,10 +63,13 @@ rule btf_capture:
         "../envs/neumat.yaml"
     threads: 1
     resources:
-        mem_mb=2000,
-        runtime=10,
+        mem_mb=3000,
+        runtime=30,
     params:
         code=code("btf_capture"),
+        surface=lambda wildcards: surface_of(wildcards.surface),
+        settings=lambda wildcards: measured_settings(wildcards.surface),
+        seed=config["seed"],
     script:
         "../scripts/btf_capture.py"
 
@@ -125,9 +151,12 @@ rule btf_quality:
 
 rule btf_synthesis:
     input:
-        model="results/btf/models/{surface}/ours.safetensors",
+        models=expand(
+            "results/btf/models/{{surface}}/{representation}.safetensors",
+            representation=SYNTHESISED,
+        ),
         queries="results/btf/captures/{surface}/queries.h5",
-        truth=TRUTH,
+        truth=lambda wildcards: truth_of(wildcards.surface, BTF["truth"]["extent"]),
     output:
         "results/btf/synthesis/{surface}.csv",
     log:
@@ -142,7 +171,9 @@ rule btf_synthesis:
         runtime=60,
     params:
         code=code("btf_synthesis"),
+        names=SYNTHESISED,
         methods=config["btf"]["synthesis"]["methods"],
+        default=lambda wildcards: default_synthesis(wildcards.surface),
         seed=config["seed"],
     script:
         "../scripts/btf_synthesis.py"
@@ -185,8 +216,8 @@ rule btf_synthesised:
     input:
         model="results/btf/models/{surface}/ours.safetensors",
         queries="results/btf/captures/{surface}/queries.h5",
-        truth=lambda wildcards: "results/btf/truth/{surface}-{larger}x.h5".format(
-            surface=wildcards.surface, larger=shown_of(int(wildcards.extent))
+        truth=lambda wildcards: truth_of(
+            wildcards.surface, shown_of(int(wildcards.extent))
         ),
     output:
         report(
@@ -207,6 +238,7 @@ rule btf_synthesised:
     params:
         code=code("btf_synthesised"),
         methods=config["btf"]["synthesis"]["methods"],
+        pairs=config["btf"]["pairs"],
         seed=config["seed"],
     script:
         "../scripts/btf_synthesised.py"
@@ -359,8 +391,10 @@ rule btf_stability:
         runtime=15,
     params:
         code=code("btf_stability"),
-        surface=lambda wildcards: surface_of(BTF["surface"]),
-        settings=BTF["stability"],
+        surface=lambda wildcards: surface_of(BTF["stability"]["surface"]),
+        settings={
+            key: BTF["stability"][key] for key in BTF["stability"] if key != "surface"
+        },
         seed=config["seed"],
     script:
         "../scripts/btf_stability.py"

@@ -1,5 +1,6 @@
 """The checked configuration, and what the rules share."""
 
+import functools
 import re
 import sys
 from hashlib import sha256
@@ -61,8 +62,8 @@ FOLDS = [f"fold{k}" for k in chosen_folds(config["evaluate"]["folds"], len(SOURC
 # Protocols whose reference materials have no relative among the training materials.
 UNRELATED = ["grouped", *FOLDS]
 BTF = config["btf"]
-# The patch of a surface that statistics of synthesis are compared with.
-TRUTH = f"results/btf/truth/{{surface}}-{BTF['truth']['extent']}x.h5"
+# Representations whose planes are synthesised: the default's by every method, others' by the surface's default method.
+SYNTHESISED = ["ours", *BTF["synthesis"]["representations"]]
 # Chart 6: what fits of the surface `btf.surface` cost and how near they come. All but the planes' sizes are settings
 # of the representation.
 BTF_CHART = [
@@ -259,17 +260,53 @@ def variant_of(name):
     }
 
 
+@functools.cache
 def surface_of(name):
-    """The config of a surface; its file is not an input, which would tie results to where the workflow lies."""
+    """The config of a surface, from config/btf where the run is, or where the workflow lies; its file is not an input,
+    which would tie results to where the workflow lies."""
     name, changes = variant_of(name)
+    file = Path(f"config/btf/{name}.yaml")
     try:
         surface = load_surface(
-            f"{workflow.basedir}/config/btf/{name}.yaml",
+            file if file.is_file() else Path(workflow.basedir, file),
             f"{workflow.basedir}/workflow/schemas/surface.schema.json",
         )
     except NeumatError as error:
         sys.exit(str(error))
-    return surface | {"relief": surface["relief"] * changes.get("relief", 1)}
+    if "relief" in surface:
+        return surface | {"relief": surface["relief"] * changes.get("relief", 1)}
+    if "relief" in changes:
+        expected = "surfaces with a process, whose relief can be changed"
+        sys.exit(str(NeumatError("config key btf.relief.surfaces", expected, name)))
+    return surface
+
+
+def is_measured(surface):
+    """Whether a surface is a measured one."""
+    return "file" in surface_of(surface)
+
+
+def captured_from(surface, capture):
+    """What a capture is made of: shards, or the store of a measured surface."""
+    if is_measured(surface):
+        return f"results/btf/measured/{variant_of(surface)[0]}.h5"
+    shards = capture_shards(capture)
+    folder = f"results/btf/shards/{surface}/{capture}"
+    return [f"{folder}/{k}-of-{shards}.h5" for k in range(1, shards + 1)]
+
+
+def measured_settings(surface):
+    """The settings of the captures of a measured surface; None of others, which have been captured by settings."""
+    if not is_measured(surface):
+        return None
+    settings = {key: config["btf"][key] for key in ("queries", "grid", "held_out")}
+    texels = variant_of(surface)[1].get("texels", surface_of(surface)["texels"])
+    return settings | {"shown": config["btf"]["pairs"], "texels": texels}
+
+
+def truth_of(surface, extent):
+    """The patch that synthesis is compared with; none of a measured surface, of which there is but the exemplar."""
+    return [] if is_measured(surface) else f"results/btf/truth/{surface}-{extent}x.h5"
 
 
 def capture_settings(capture, surface):

@@ -35,15 +35,14 @@ def query_directions(sweeps, pairs, seed, largest=LARGEST):
     return light, view
 
 
-def capture_queries(surface, texels, sweeps, pairs, samples, seed, progress=iter, **options):
+def capture_queries(surface, texels, sweeps, light, view, samples, seed, progress=iter, **options):
     """Yield blocks (sweep, row, column, values (k, texels, texels, 3)) of random queries, for `store.write_btf`.
 
     surface: `btf.surfaces.surface.Surface`; texels: along a side of the exemplar; sweeps: a range of numbers, of which
-    the first is sweep 0 of the blocks; pairs: of directions a sweep, those of `query_directions`; samples: paths a
-    value; options: those of `_captured`.
+    the first is sweep 0 of the blocks; light, view: those of `query_directions`; samples: paths a value; options: those
+    of `_captured`.
     """
     keys = [_key(seed, "sweep", sweep) for sweep in sweeps]
-    light, view = query_directions(sweeps, pairs, seed)
     exemplar = [(range(texels), range(texels))]
     yield from _captured(surface, texels, texels, exemplar, light, view, keys, samples, progress, **options)
 
@@ -105,7 +104,7 @@ def _margin(surface):
 def write_queries(path, surface, texels, sweeps, pairs, samples, seed, progress=iter, **options):
     """Capture random queries into the store `path`, see `capture_queries`; `sweeps` may be a shard's share of them."""
     light, view = query_directions(sweeps, pairs, seed)
-    blocks = capture_queries(surface, texels, sweeps, pairs, samples, seed, progress, **options)
+    blocks = capture_queries(surface, texels, sweeps, light, view, samples, seed, progress, **options)
     write_btf(path, light, view, texels, texels, blocks, kind="queries", **_about(surface, samples))
 
 

@@ -41,6 +41,14 @@ class Statistic(NamedTuple):
     distance: Callable  # (one description, descriptions (n, ...)) -> (n,)
 
 
+def describe(picture, exemplar, names=None):
+    """Return {statistic: what it sees of a `picture` (H, W, 3)}, for `Truth.ratios`; names: which (None: all).
+
+    exemplar: pixels along the side of the exemplar.
+    """
+    return {name: STATISTICS[name].describe(picture, exemplar) for name in names or STATISTICS}
+
+
 class Truth:
     """Crops of the truth (at least 2, as large as the pictures to compare), described once for all comparisons.
 
@@ -74,10 +82,13 @@ class Truth:
             raise NeumatError(
                 "comparison of textures", f"a picture of the crops' size {tuple(self.size)}", tuple(picture.shape)
             )
+        return self.ratios(describe(picture, self.exemplar, names or self.statistics))
+
+    def ratios(self, described):
+        """Return {name: Ratio} of a picture of the crops' size, {name: what `describe` saw}."""
         found = {}
-        for name in names or self.statistics:
-            statistic = self.statistics[name]
-            value = _distance(statistic, statistic.describe(picture, self.exemplar), self.described[name])
+        for name, description in described.items():
+            value = _distance(self.statistics[name], description, self.described[name])
             found[name] = Ratio(value, self.among[name].mean().item(), self.among[name].std().item())
         return found
 
@@ -256,16 +267,3 @@ STATISTICS = {
     "copies": Statistic(copies, own),
     "frechet": Statistic(deep_features, frechet_distances),
 }
-
-
-def seams(picture, columns, rows):
-    """Return the mean absolute step across borders over that between other neighbours, of a picture (H, W, 3).
-
-    columns, rows: whole numbers; a border lies left of each pixel column and above each pixel row that they name.
-    """
-    across, down = picture.diff(dim=1).abs().mean((0, 2)), picture.diff(dim=0).abs().mean((1, 2))
-    steps = torch.cat([across, down])
-    border = torch.zeros(len(steps), dtype=torch.bool)
-    border[torch.as_tensor(columns).long() - 1] = True
-    border[torch.as_tensor(rows).long() - 1 + len(across)] = True
-    return (steps[border].mean() / steps[~border].mean().clamp_min(1e-12)).item()

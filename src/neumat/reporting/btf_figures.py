@@ -44,22 +44,24 @@ def fits_figure(models, pictures, count, brightness, path):
     picture_grid(names, ["captured", *models], rows, path, captions)
 
 
-def synthesis_figure(model, methods, truth, extent, brightness, seed, path):
-    """Write exemplar, truth and what each method makes of the exemplar over `extent` exemplars, at the truth's pairs of
-    directions (the paper's Fig. 7), as PNG. The truth is at least as large; its first part is shown."""
-    part = round(truth.height * extent / truth.extent)
-    syntheses = {name: SYNTHESES[name](model.positional(), seed, truth.tileable) for name in methods}
+def synthesis_figure(model, methods, pairs, tileable, extent, brightness, seed, path, truth=None):
+    """Write exemplar, truth and what each method makes of the exemplar over `extent` exemplars (the paper's Fig. 7), as
+    PNG. pairs: light and view, each (n, 3); truth: BtfStore of pictures at them, at least as large, of which the first
+    part is shown, or None."""
+    syntheses = {name: SYNTHESES[name](model.positional(), seed, tileable) for name in methods}
     rows = []
-    for k in range(truth.sweeps):
-        light, view = truth.light[k, 0], truth.view[k, 0]
-        made = [
+    for k, (light, view) in enumerate(zip(*pairs, strict=True)):
+        pictures = [model.picture(light, view)]
+        if truth:
+            part = round(truth.height * extent / truth.extent)
+            pictures.append(_reduced(truth.values([k])[0, :part, :part].float()))
+        pictures += [
             EndlessBtf(model, each).picture(light, view, PLACE, extent, _pixels(model, extent))
             for each in syntheses.values()
         ]
-        pictures = [model.picture(light, view), _reduced(truth.values([k])[0, :part, :part].float()), *made]
         rows.append([to_srgb8(picture, brightness).numpy() for picture in pictures])
-    names = [f"pair {k + 1}" for k in range(truth.sweeps)]
-    columns = ["exemplar", "captured", *methods]
+    names = [f"pair {k + 1}" for k in range(len(rows))]
+    columns = ["exemplar", *(["captured"] if truth else []), *methods]
     picture_grid(names, columns, rows, path, title=f"{extent} x {extent} exemplars", enlarged=1.6)
 
 

@@ -6,7 +6,7 @@ import math
 import torch
 
 from neumat.btf.synthesis import SYNTHESES
-from neumat.metrics.textures import seams
+from neumat.metrics.seams import seams
 from neumat.seeds import torch_generator
 from neumat.stability.cases import Case, refused
 

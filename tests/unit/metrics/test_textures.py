@@ -6,7 +6,8 @@ import pytest
 import torch
 
 from neumat.errors import NeumatError
-from neumat.metrics.textures import STATISTICS, Truth, autocorrelation, seams
+from neumat.metrics.seams import compare_seams, seams
+from neumat.metrics.textures import STATISTICS, Truth, autocorrelation
 from neumat.seeds import torch_generator
 
 EXEMPLAR, SIDE = 48, 144
@@ -95,6 +96,17 @@ def test_hard_borders_are_seams():
     tiles = [torch.cat([smooth.roll(17 * (3 * i + j), 1)[:EXEMPLAR, :EXEMPLAR] for j in range(3)], 1) for i in range(3)]
     assert 0.8 < seams(smooth, borders, borders) < 1.3
     assert seams(torch.cat(tiles), borders, borders) > 2
+
+
+@pytest.mark.parametrize(("crops", "own"), [(CROPS, noise(9)), (WALLS, bricks(9, 3))], ids=["noise", "bricks"])
+def test_hard_borders_are_told_from_what_the_truth_has_there(crops, own):
+    """Also in a texture that has straight lines of its own."""
+    blocks = [[own.roll((11 * i + 5 * j, 17 * j + 3 * i), (0, 1))[:36, :36] for j in range(4)] for i in range(4)]
+    hard, borders = torch.cat([torch.cat(row, 1) for row in blocks]), [36, 72, 108]
+    found = compare_seams(hard, crops, borders, borders)
+    assert found.value > found.truth + 3 * found.scatter
+    found = compare_seams(own, crops, borders, borders)
+    assert abs(found.value - found.truth) < 3 * found.scatter
 
 
 def test_autocorrelation_of_a_wave():

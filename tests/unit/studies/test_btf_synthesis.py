@@ -3,9 +3,12 @@
 import pytest
 import torch
 
-from neumat.btf.store import BtfStore
+from neumat.btf.representations.registry import make
+from neumat.btf.store import BtfStore, read_btf, write_btf
 from neumat.errors import NeumatError
-from neumat.studies.btf_synthesis import SIDE, split_crops, timed
+from neumat.metrics import textures
+from neumat.studies import btf_synthesis
+from neumat.studies.btf_synthesis import NEAR, SIDE, split_crops, synthesis_table, timed
 
 EXEMPLAR = 8
 UP = torch.tensor([[[0.0, 0.0, 1.0]]])
@@ -38,3 +41,36 @@ def test_a_method_tells_what_it_costs():
     assert not cost["dynamic"] and cost["bytes_ratio"] > 4 and cost["fetches"] == 1
     with pytest.raises(NeumatError, match="one of tiling"):
         timed("nothing", plane, 0, False)
+
+
+@pytest.fixture
+def fitted(tmp_path):
+    """Two fits of a noisy surface, the queries that they were fitted to, and its truth, as files."""
+    generator = torch.Generator().manual_seed(0)
+    values = torch.rand(4, EXEMPLAR**2, 1, generator=generator).expand(-1, -1, 3).reshape(4, EXEMPLAR, EXEMPLAR, 3)
+    light, view = UP.expand(4, 1, 3), UP.expand(4, 1, 3)
+    write_btf(tmp_path / "queries.h5", light, view, EXEMPLAR, EXEMPLAR, [values], kind="pictures")
+    large = torch.rand(1, 4 * EXEMPLAR, 4 * EXEMPLAR, 1, generator=generator).expand(-1, -1, -1, 3)
+    about = {"kind": "pictures", "extent": 4.0}
+    write_btf(tmp_path / "truth.h5", UP, UP, 4 * EXEMPLAR, 4 * EXEMPLAR, [large[0]], **about)
+    for name in ("ours", "neumip"):
+        make(name, {"samples": 2000}).fit(read_btf(tmp_path / "queries.h5"), 0).save(tmp_path / f"{name}.safetensors")
+    paths = {name: tmp_path / f"{name}.safetensors" for name in ("ours", "neumip")}
+    return paths, tmp_path / "queries.h5", tmp_path / "truth.h5"
+
+
+def test_other_representations_are_compared_by_the_default_method(fitted, monkeypatch):
+    monkeypatch.setattr(textures, "STATISTICS", {name: textures.STATISTICS[name] for name in NEAR})
+    monkeypatch.setattr(btf_synthesis, "STATISTICS", textures.STATISTICS)
+    rows = synthesis_table(*fitted, ["tiling", "linear"], "linear", 0)
+    found = rows[rows["part"] == "report"].groupby("representation", sort=False)["method"].apply(list)
+    assert found["ours"] == ["exemplar", "shuffled", "hard", "tiling", "linear"]
+    assert found["neumip"] == ["exemplar", "linear"]
+    assert rows.loc[rows["method"] == "hard", "seams"].notna().all()
+    assert rows.loc[rows["method"] == "exemplar", "histogram"].notna().all()
+
+
+def test_without_a_truth_methods_tell_what_they_cost(fitted):
+    rows = synthesis_table(*fitted[:2], None, ["tiling", "linear"], "linear", 0)
+    assert (rows["part"] == "not measured").all() and (rows["crops"] == 0).all()
+    assert rows["method"].tolist() == ["tiling", "linear", "linear"] and (rows["bytes"] > 0).all()
