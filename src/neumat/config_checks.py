@@ -18,6 +18,9 @@ def check(config, names, scenes, scene_schema):
     """
     check_rules(config["constrained"]["rules"])
     _ascending("augment.weight_range", config["augment"]["weight_range"])
+    if not sum(config["augment"]["dense"]["parents"][:2]) > 0:  # a side of the grouped split may have two sources only
+        found = config["augment"]["dense"]["parents"]
+        raise NeumatError("config key augment.dense.parents", "a share of bases of one or two sources", found)
     levels = config["generative"]["methods"]["hyperdiffusion"]
     pair = [levels["sigma_min"], levels["sigma_max"]]
     _ascending("generative.methods.hyperdiffusion.sigma_min and sigma_max", pair, strict=True)

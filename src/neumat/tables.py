@@ -7,7 +7,7 @@ import pandas as pd
 from neumat.files import reading
 
 # Columns of names that users give, and of texts made of them: "001" is no number there, and "NA" is not missing.
-NAMES = ("name", "base", "parent_a", "parent_b", "material", "worst_material", "object", "scene", "job")
+NAMES = ("name", "base", "parent_a", "parent_b", "parent_c", "material", "worst_material", "object", "scene", "job")
 NAMES += ("unnamed", "missed")  # several names
 
 

@@ -21,7 +21,7 @@ rule augment:
         runtime=10,
     params:
         code=code("augment"),
-        augment=section("augment"),
+        augment=section("augment", "dense"),
         seed=config["seed"],
     script:
         "../scripts/augment.py"

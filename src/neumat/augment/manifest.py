@@ -75,6 +75,12 @@ def read_manifest(path):
     return rows
 
 
+def source_rows(manifest):
+    """Return the rows of the manifest that are the sources as measured, in order."""
+    plain = manifest["permutation"] == PERMUTATIONS[0]
+    return manifest[plain & (manifest["base"] == manifest["parent_a"])]
+
+
 def protocol_indices(manifest, protocol):
     """Return (train, reference), indices of the materials that `protocol` trains on and compares with.
 
@@ -82,14 +88,26 @@ def protocol_indices(manifest, protocol):
     fold's source materials in all permutations, train = everything that has no parent among them.
     Raises NeumatError for any other protocol.
     """
+    held = held_out_sources(manifest, protocol)
     if protocol in ("parity", "grouped"):
         test = (manifest["random" if protocol == "parity" else "grouped"] == "test").to_numpy()
         return np.flatnonzero(~test), np.flatnonzero(test)
-    source = manifest["base"] == manifest["parent_a"]
-    folds = [f"fold{k}" for k in sorted(set(manifest["fold"][source]))]
+    related = manifest[["parent_a", "parent_b"]].isin(held).any(axis=1)
+    return np.flatnonzero(~related), np.flatnonzero(manifest["base"].isin(held))
+
+
+def held_out_sources(manifest, protocol):
+    """Return the set of names of the sources that `protocol` trains on no relative of; empty for "parity", which holds
+    materials out without regard to descent.
+
+    Raises NeumatError for an unknown protocol.
+    """
+    sources = source_rows(manifest)
+    folds = [f"fold{k}" for k in sorted(set(sources["fold"]))]
+    if protocol == "parity":
+        return set()
+    if protocol == "grouped":
+        return set(sources["base"][sources["grouped"] == "test"])
     if protocol not in folds:
         raise NeumatError("protocol", f"parity, grouped or one of {', '.join(folds)}", repr(protocol))
-    inside = source & (manifest["fold"] == folds.index(protocol))
-    held = set(manifest["base"][inside])
-    related = manifest["parent_a"].isin(held) | manifest["parent_b"].isin(held)
-    return np.flatnonzero(~related), np.flatnonzero(inside)
+    return set(sources["base"][sources["fold"] == folds.index(protocol)])

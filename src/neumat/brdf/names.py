@@ -10,7 +10,7 @@ from pathlib import Path
 
 from neumat.errors import NeumatError
 
-OURS = re.compile(r"(sample|blend)-\d+", re.IGNORECASE)
+OURS = re.compile(r"(sample|blend|dense)-\d+", re.IGNORECASE)
 SEPARATORS = "@/\\{}"  # permutations and ranks; folders; Snakemake's wildcards
 LONGEST = 200  # bytes: a file system takes 255, to which suffixes are added
 
@@ -24,7 +24,7 @@ def check_name(name, where):
     elif len(name.encode()) > LONGEST:
         expected = f"a name of at most {LONGEST} bytes"
     elif OURS.fullmatch(name):
-        expected = "a name unlike those of new materials, sample-<number> and blend-<number>"
+        expected = "a name unlike those of new materials: sample-<number>, blend-<number>, dense-<number>"
     else:
         return
     raise NeumatError(ascii(str(where))[1:-1], f"{expected} (rename it)", ascii(name))
