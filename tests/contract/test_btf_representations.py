@@ -6,6 +6,7 @@ import pytest
 import torch
 
 from neumat.btf.directions import random_pairs, spherical, ubo2003_directions
+from neumat.btf.planes import prefilter
 from neumat.btf.representations.registry import REPRESENTATIONS, load_representation, make
 from neumat.btf.store import BtfStore
 from neumat.errors import NeumatError
@@ -99,6 +100,46 @@ def test_saves_and_loads_exactly(fitted, tmp_path):
     assert loaded == fitted
     assert torch.equal(loaded.picture(light[0], view[0]), fitted.picture(light[0], view[0]))
     assert fitted.bytes == loaded.bytes < path.stat().st_size
+
+
+def test_levels_of_detail_halve_the_plane_down_to_one_texel_and_are_stored(fitted, tmp_path):
+    levels = fitted.levels()
+    assert torch.equal(levels[0], fitted.positional())
+    assert [level.shape[:2] for level in levels] == [(8, 8), (4, 4), (2, 2), (1, 1)]
+    fitted.save(tmp_path / "saved.safetensors")
+    loaded = load_representation(tmp_path / "saved.safetensors").levels()
+    assert all(torch.equal(*pair) for pair in zip(levels, loaded, strict=True))
+
+
+def of_level(fitted, plane, light, view):
+    """Return pictures (n, h, w, 3) of a model's level of detail (h, w, c) at pairs of directions (n, 3)."""
+    pictures = [fitted.eval(plane.flatten(0, 1), *pair) for pair in zip(light[:, None], view[:, None], strict=True)]
+    return torch.stack(pictures).view(len(light), *plane.shape[:2], 3)
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_levels_of_what_is_linear_decode_to_means_of_values(name, albedo):
+    fitted = make(name, {"curve": 0.0}).fit(store_of(lambda light: lambertian(albedo, light), name), seed=0)
+    light, view = random_pairs(20, torch_generator(4, "pairs"), math.radians(70))
+    finest, level = (of_level(fitted, plane, light, view) for plane in fitted.levels()[:2])
+    assert torch.allclose(level, finest.view(20, 4, 2, 4, 2, 3).mean((2, 4)), rtol=1e-3, atol=1e-5)
+
+
+@pytest.mark.parametrize("name", ["ours", "triple-plane", "biplane", "neumip"])
+def test_levels_of_networks_decode_nearer_to_means_of_values_than_means_of_features_do(name):
+    """Of texels of two very different brightnesses, where means of features go wrong."""
+    bright = torch.rand(SIDE, SIDE, 1, generator=torch_generator(0, "bright")) > 0.7
+    albedo = torch.where(bright, 0.9, 0.02).expand(SIDE, SIDE, 3)
+    fitted = make_quick(name, samples=100_000).fit(store_of(lambda light: lambertian(albedo, light)), seed=1)
+    pairs = random_pairs(50, torch_generator(4, "pairs"), math.radians(70))
+
+    def off(plane):
+        means = of_level(fitted, plane, *pairs).mean((1, 2))
+        return (means / of_level(fitted, fitted.positional(), *pairs).mean((1, 2)) - 1).abs().mean()
+
+    for k in (1, -1):
+        trained, means = (off(levels[k]) for levels in (fitted.levels(), prefilter(fitted.positional())))
+        assert trained < 0.25 * means
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -6,6 +6,7 @@ import math
 import pytest
 import torch
 
+from neumat.btf.planes import prefilter
 from neumat.btf.synthesis import SYNTHESES
 from neumat.errors import NeumatError
 from neumat.seeds import torch_generator
@@ -183,3 +184,18 @@ def test_tiling_shifts_with_the_exemplar():
     shifted = SYNTHESES["tiling"](plane.roll((5, -3), (0, 1)), 1, True)
     moved = shifted.at(u + torch.tensor([-3, 5]) / 32)
     assert torch.allclose(moved, SYNTHESES["tiling"](plane, 1, True).at(u), atol=1e-5)
+
+
+@pytest.mark.parametrize("name", SYNTHESES)
+@pytest.mark.parametrize("tileable", [False, True])
+def test_levels_that_are_given_are_those_that_are_fetched(name, tileable):
+    plane = noise(24, 17, 2, tileable)
+    levels = [plane] + [torch.full((*level.shape[:2], 2), float(k)) for k, level in enumerate(prefilter(plane)[1:], 1)]
+    method = SYNTHESES[name](plane, 1, tileable, levels)
+    u = positions(200)
+    assert torch.equal(method.at(u), SYNTHESES[name](plane, 1, tileable).at(u))
+    for level in (1, 2, 2.5, 5):
+        assert torch.allclose(method.at(u, level), torch.full((200, 2), float(level)), atol=1e-5)
+    for wrong in (levels[:-1], [plane, *levels[:-1]], [level[..., :1] for level in levels]):
+        with pytest.raises(NeumatError, match="levels of detail"):
+            SYNTHESES[name](plane, 1, tileable, wrong)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import torch
 
 from neumat.btf.representations.base import Representation
+from neumat.btf.synthesis import SYNTHESES
 from neumat.btf.synthesis.base import Synthesis
 
 CHUNK = 1 << 18  # positions evaluated at a time
@@ -19,6 +20,12 @@ def pixel_centres(origin, extent, pixels):
     along = (torch.arange(pixels, dtype=torch.float64) + 0.5) * (extent / pixels)
     y, x = torch.meshgrid(along + origin[1], along + origin[0], indexing="ij")
     return torch.stack([x, y], -1).flatten(0, 1)
+
+
+def endless(model, method, seed, tileable):
+    """Return the EndlessBtf of a fitted Representation, its plane and levels made endless by `method` of SYNTHESES."""
+    levels = model.levels()
+    return EndlessBtf(model, SYNTHESES[method](levels[0], seed, tileable, levels))
 
 
 @dataclass(frozen=True)

@@ -2,11 +2,10 @@
 
 import torch
 
-from neumat.btf.endless import EndlessBtf
+from neumat.btf.endless import endless
 from neumat.btf.exposure import exposure
 from neumat.btf.representations.registry import load_representation
 from neumat.btf.store import read_btf
-from neumat.btf.synthesis import SYNTHESES
 from neumat.metrics.shown import shown_errors
 from neumat.render.scene import to_srgb8
 from neumat.reporting.btf_sheets import error_map, false_colours, picture_grid
@@ -48,17 +47,14 @@ def synthesis_figure(model, methods, pairs, tileable, extent, brightness, seed, 
     """Write exemplar, truth and what each method makes of the exemplar over `extent` exemplars (the paper's Fig. 7), as
     PNG. pairs: light and view, each (n, 3); truth: BtfStore of pictures at them, at least as large, of which the first
     part is shown, or None."""
-    syntheses = {name: SYNTHESES[name](model.positional(), seed, tileable) for name in methods}
+    syntheses = {name: endless(model, name, seed, tileable) for name in methods}
     rows = []
     for k, (light, view) in enumerate(zip(*pairs, strict=True)):
         pictures = [model.picture(light, view)]
         if truth:
             part = round(truth.height * extent / truth.extent)
             pictures.append(_reduced(truth.values([k])[0, :part, :part].float()))
-        pictures += [
-            EndlessBtf(model, each).picture(light, view, PLACE, extent, _pixels(model, extent))
-            for each in syntheses.values()
-        ]
+        pictures += [each.picture(light, view, PLACE, extent, _pixels(model, extent)) for each in syntheses.values()]
         rows.append([to_srgb8(picture, brightness).numpy() for picture in pictures])
     names = [f"pair {k + 1}" for k in range(len(rows))]
     columns = ["exemplar", *(["captured"] if truth else []), *methods]
@@ -68,10 +64,10 @@ def synthesis_figure(model, methods, pairs, tileable, extent, brightness, seed, 
 def enlargements_figure(model, method, pairs, tileable, brightness, seed, path):
     """Write what `method` makes of a fitted exemplar over 1 to 45 exemplars, by levels of detail (the paper's Fig. 6),
     as PNG. pairs: light and view, each (n, 3)."""
-    endless = EndlessBtf(model, SYNTHESES[method](model.positional(), seed, tileable))
+    synthesised = endless(model, method, seed, tileable)
     rows = [
         [
-            to_srgb8(endless.picture(*pair, PLACE, extent, _pixels(model, extent)), brightness).numpy()
+            to_srgb8(synthesised.picture(*pair, PLACE, extent, _pixels(model, extent)), brightness).numpy()
             for extent in ENLARGEMENTS
         ]
         for pair in zip(*pairs, strict=True)
@@ -86,12 +82,9 @@ def tiled_and_synthesised_figure(models, method, pairs, tileable, brightness, se
     """Write {name: model} tiled, and synthesised by `method`, over `extent` exemplars (the paper's Fig. 9), as PNG."""
     light, view = pairs
     columns = [(model, name) for name in ("tiling", method) for model in models]
-    endless = {
-        (model, name): EndlessBtf(models[model], SYNTHESES[name](models[model].positional(), seed, tileable))
-        for model, name in columns
-    }
+    syntheses = {(model, name): endless(models[model], name, seed, tileable) for model, name in columns}
     rows = [
-        [to_srgb8(endless[column].picture(*pair, PLACE, extent, PIXELS), brightness).numpy() for column in columns]
+        [to_srgb8(syntheses[column].picture(*pair, PLACE, extent, PIXELS), brightness).numpy() for column in columns]
         for pair in zip(light, view, strict=True)
     ]
     names = [f"pair {k + 1}" for k in range(len(rows))]

@@ -7,10 +7,11 @@ from dataclasses import asdict, dataclass
 
 import torch
 
+from neumat.btf.planes import prefilter
 from neumat.configured import Configured
 from neumat.generative.base import read_checkpoint, write_checkpoint
 
-SCHEMA = "1"
+SCHEMA = "2"
 SWEEPS = 8  # in which brightness is compared
 
 
@@ -60,12 +61,25 @@ class Representation(Configured, abc.ABC):
 
     @property
     def bytes(self):
-        """The number of bytes of all that is stored."""
-        return sum(tensor.numel() * tensor.element_size() for tensor in self.state.values())
+        """The number of bytes of all that is stored but for levels of detail, which add a third of the plane's whatever
+        the representation is: those of some are made when they are needed."""
+        return sum(
+            tensor.numel() * tensor.element_size()
+            for name, tensor in self.state.items()
+            if not name.startswith("level")
+        )
 
     @abc.abstractmethod
     def positional(self):
         """Return the plane (H, W, c) float32 that synthesis works on."""
+
+    def levels(self):
+        """Return the levels of detail of the plane, float32: itself, (ceil(H / 2), ceil(W / 2), c), and so on to
+        (1, 1, c). A texel of a level decodes to the mean of what the texels under it decode to, exactly or nearly so.
+
+        Here: means of features, exact where values are linear in them.
+        """
+        return prefilter(self.positional())
 
     @abc.abstractmethod
     def _fit(self, store, seed, progress): ...

@@ -10,6 +10,7 @@ from neumat.btf.representations.angular import gather, nodes
 from neumat.btf.representations.base import Representation
 from neumat.btf.representations.batches import batches, rows_of_pairs
 from neumat.btf.representations.encoding import Encoding
+from neumat.btf.representations.levels import Levels
 from neumat.btf.representations.network import forward
 from neumat.btf.representations.storage import packed, unpacked
 from neumat.btf.representations.training import errors, train
@@ -52,6 +53,10 @@ class Neural(Representation):
         """Return the plane (H, W, channels) float32."""
         return unpacked("positional", self.state)
 
+    def levels(self):
+        names = [f"level{k}" for k in range(1, len(self.state)) if f"level{k}" in self.state]
+        return [self.positional(), *(unpacked(name, self.state) for name in names)] if names else super().levels()
+
     def directional(self):
         """Return the planes of directions [(side, side, features)], float32."""
         return [plane.view(self.side, self.side, self.features) for plane in self._directional()]
@@ -64,7 +69,7 @@ class Neural(Representation):
 
         The best is kept; raises NeumatError where none is finite.
         """
-        brightest = 0.0
+        brightest, size = 0.0, (store.height, store.width)
 
         def encode(values):
             nonlocal brightest
@@ -76,20 +81,26 @@ class Neural(Representation):
         least, best = math.inf, None
         for slower in SLOWER:
             gentle = replace(self, rate=self.rate / slower, texel_rate=self.texel_rate / slower)
-            fitted = train(gentle, self.parametrise, source, rows_of_pairs(store), f"{seed}/{slower}", progress)
+            levels = Levels(size, encoding) if self.channels and max(size) > 1 else None
+            start = f"{seed}/{slower}"
+            fitted = train(gentle, self.parametrise, source, rows_of_pairs(store), start, progress, levels)
             found, constant = errors(self, self.parametrise, next(source), *fitted)
             if found < least:  # NaN is not
-                least, best = found, fitted
+                least, best, best_levels = found, fitted, levels
             if found < constant + MARGIN:
                 break
         if best is None:
             raise NeumatError(type(self).__name__, "a fit of finite numbers", f"none at rates down to {gentle.rate:g}")
         plane, angular, layers = best
-        plane = plane.flatten(1).T.reshape(store.height, store.width, -1)
-        return self._state(plane, angular, layers, Encoding(encoding.exposure, encoding.curve, brightest))
+        plane = plane.flatten(1).T.reshape(*size, -1)
+        state = self._state(plane, angular, layers, Encoding(encoding.exposure, encoding.curve, brightest))
+        for k, level in enumerate(best_levels.planes() if best_levels else (), 1):
+            state |= packed(f"level{k}", level, self.bits)
+        return state
 
     def _state(self, plane, angular, layers, encoding):
-        """Return what is stored of a plane (H, W, c), planes of directions [(side^2, f)] and layers."""
+        """Return what is stored of a plane (H, W, c), planes of directions [(side^2, f)] and layers, but for levels of
+        detail."""
         state = packed("positional", plane, self.bits) | {"encoding": encoding.tensor()}
         for k, one in enumerate(angular):
             state |= packed(f"angular{k}", one.detach(), self.bits)

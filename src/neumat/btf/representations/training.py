@@ -39,12 +39,12 @@ def initial(config, extras, planes, generator):
     return layers, [torch.randn(size, generator=generator) * 0.3 for _ in range(planes)]
 
 
-def train(config, parametrise, source, shape, seed, progress=iter):
+def train(config, parametrise, source, shape, seed, progress=iter, levels=None):
     """Return (plane (c, K, p), [angular planes (side^2, f)], [layers]) fitted to a source of batches.
 
     config: the hyperparameters of `neural.Neural`. parametrise: light, view (p, 3) -> ([position (p, 2) on each angular
     plane], extra inputs (e, p)). source: an iterator of `batches.batches`. shape: (K, p). `progress` wraps the range of
-    sweeps.
+    sweeps. levels: the `levels.Levels` of the plane, trained beside it, or None.
     """
     generator = torch_generator(seed, "representation")
     rows, pairs = shape
@@ -69,14 +69,27 @@ def train(config, parametrise, source, shape, seed, progress=iter):
             back = (of_pairs.T @ pair_gradient)[: len(inputs) - len(extras)].tensor_split(max(1, len(places)))
             found[0] = torch.cat([found[0], pair_gradient @ inputs.T], 1)
             share = learning_rate((sweep + k / parts) / sweeps)
+            if levels and k == 0 and levels.due(sweep, sweeps):
+                pair = torch.randint(pairs, (1,), generator=generator)
+                whole = _interleaved(planes, plane).flatten(1)
+                seen, of_pair = levels.step(
+                    whole, of_positions, layers[1:], of_pairs @ inputs[:, pair], config.loss, share * config.texel_rate
+                )
+                seen[0] = torch.cat([seen[0], of_pair @ inputs[:, pair].T], 1)
+                found = [one + other for one, other in zip(found, seen, strict=True)]
             texels[k].step(plane_gradient, share * config.texel_rate)
             for one, part, place in zip(directions, back, places, strict=False):
                 one.step(scatter(part, *place, config.side), share * config.rate)
             for one, part in zip(network, found, strict=True):
                 one.step(part[None], share * config.rate)
-    for k in range(parts):
-        plane[:, k::parts] = planes[k]
-    return plane, angular, layers
+    return _interleaved(planes, plane), angular, layers
+
+
+def _interleaved(parts, plane):
+    """Return `plane` (c, K, p), in place, with every row from one of its `parts` in turn."""
+    for k, part in enumerate(parts):
+        plane[:, k :: len(parts)] = part
+    return plane
 
 
 def errors(config, parametrise, batch, plane, angular, layers):

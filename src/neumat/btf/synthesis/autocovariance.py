@@ -24,14 +24,14 @@ class Autocovariance(Synthesis):
 
     fetches = 2
 
-    def __init__(self, plane, seed, tileable=False):
-        super().__init__(plane, seed, tileable)
+    def __init__(self, plane, seed, tileable=False, levels=None):
+        super().__init__(plane, seed, tileable, levels)
         correlation = autocovariance(plane, tileable)
         most = [max(1, int(0.6 * n) - 2) for n in (self.width, self.height)]
         self.cells = Cells(cell_sides(correlation, most[0] * most[1] / 6, most)[0])
         half = [x.item() for x in self.cells.point(torch.tensor(1), torch.tensor(1))]
         self.draws = torch.stack([self._draws(correlation, shift) for shift in (half, (0, 0))])
-        self.gaussian = GaussianPlane(plane, self._usage(plane.device), tileable)
+        self.gaussian = GaussianPlane(self.exemplar, self._usage(plane.device), tileable)
         self.stored = [*self.gaussian.stored, self.draws]
         self.likeness = self._likeness(plane.device)
 

@@ -4,6 +4,7 @@ import math
 
 import torch
 
+from neumat.btf.planes import prefilter
 from neumat.errors import NeumatError
 
 CHUNK = 1 << 15  # queries at a time: what they need stays in a core's cache
@@ -15,7 +16,9 @@ class Synthesis:
 
     Positions are in units of the exemplar's side; texel (i, j) of the exemplar has its centre at ((j + 1/2) / W,
     (i + 1/2) / H). seed: any integer; which parts of the exemplar appear where depends on it. tileable: whether the
-    exemplar's opposite borders match; if not, no method but tiling crosses them.
+    exemplar's opposite borders match; if not, no method but tiling crosses them. levels: the exemplar's levels of
+    detail, `plane` the first, as `Representation.levels` gives them; None: means of features. Which part of it
+    appears where is chosen on `plane`, for all levels.
 
     Choices are hashes of integers, the same everywhere. A query's features depend on nothing but the query, to the bit:
     not on the order or the size of the batch.
@@ -27,15 +30,21 @@ class Synthesis:
     fetches = 1
     dynamic = True
 
-    def __init__(self, plane, seed, tileable=False):
+    def __init__(self, plane, seed, tileable=False, levels=None):
         if plane.ndim != 3 or 0 in plane.shape:
             raise NeumatError("synthesis", "a plane of shape (H, W, c)", f"shape {tuple(plane.shape)}")
-        if not plane.isfinite().all():
+        self.exemplar = levels or prefilter(plane)
+        if not all(level.isfinite().all() for level in self.exemplar):
             raise NeumatError("synthesis", "a plane of finite features", "NaN or infinite ones")
         self.height, self.width, self.channels = plane.shape
         self.seed, self.tileable = seed, tileable
         self.top = math.ceil(math.log2(max(self.height, self.width)))  # the level at which the exemplar is one texel
         self.stored = []
+        shapes = [tuple(level.shape) for level in self.exemplar]
+        halves = [2**k for k in range(self.top + 1)]
+        expected = [(-(-self.height // half), -(-self.width // half), self.channels) for half in halves]
+        if shapes != expected:
+            raise NeumatError("synthesis", f"levels of detail of shapes {expected}", shapes)
 
     @property
     def bytes(self):

@@ -5,7 +5,7 @@ import math
 import torch
 
 from neumat.btf.hashing import hashed_integers
-from neumat.btf.planes import fetch, prefilter
+from neumat.btf.planes import fetch
 from neumat.btf.synthesis.base import Synthesis
 from neumat.btf.synthesis.corner_tiles import ANCHORS, LAYERS, cut_tiles
 from neumat.btf.synthesis.frame import Frame
@@ -26,10 +26,10 @@ class Corner(Synthesis):
     lattice, the tiles' sides are lags of it, else they are parallel to the axes and 0.3 to 0.4 exemplars long.
     """
 
-    def __init__(self, plane, seed, tileable=False):
-        super().__init__(plane, seed, tileable)
+    def __init__(self, plane, seed, tileable=False, levels=None):
+        super().__init__(plane, seed, tileable, levels)
         self.base = plane[0, 0]
-        self.levels = prefilter(plane - self.base)
+        self.levels = [level - self.base for level in self.exemplar]
         self.colours, scale = self._budget()
         sides = self._sides(plane, scale)
         self.cells = Cells(sides)

@@ -12,26 +12,32 @@ ENTRIES = 1024  # of a table, at most
 
 
 class GaussianPlane:
-    """A `plane` (H, W, c) whose principal components are each mapped to a standard Gaussian by the rank of its values.
+    """A plane's `levels` of detail [(H, W, c), ..., (1, 1, c)], whose principal components are each mapped to a
+    standard Gaussian by the rank of its values.
 
     usage: how often each texel (H, W) appears in the endless plane; the Gaussian counts texels so, and the tables map
-    it back to the histogram in which all count alike. A level of detail is a prefiltered Gaussian plane with its own
-    table: the means of the first one under the variance that prefiltering took away.
+    it back to the histogram in which all count alike. Each level is mapped by itself and has its own table; beyond the
+    first, tables are means under the variance that bilinear fetches take away. All share the first one's components.
 
     decorrelate: map principal components in place of the channels.
     """
 
-    def __init__(self, plane, usage, wrap, decorrelate=True):
-        self.base, self.wrap = plane[0, 0], wrap
-        self.low, self.high = plane.amin((0, 1)), plane.amax((0, 1))
-        plane = plane - self.base
-        channels = plane.shape[-1]
-        self.axes = _principal_axes(plane) if decorrelate else torch.eye(channels, device=plane.device)
-        values = (plane.reshape(-1, channels) @ self.axes.T).reshape(plane.shape)
-        gaussian, quantiles = gaussianise(values, usage)
-        self.levels = prefilter(gaussian)
-        self.levels[-1] = torch.zeros_like(self.levels[-1])  # the mean, if texels count by usage
-        self.tables = _tables(quantiles, self.levels)
+    def __init__(self, levels, usage, wrap, decorrelate=True):
+        self.base, self.wrap = levels[0][0, 0], wrap
+        self.low = torch.stack([level.amin((0, 1)) for level in levels])
+        self.high = torch.stack([level.amax((0, 1)) for level in levels])
+        levels = [level - self.base for level in levels]
+        channels = len(self.base)
+        self.axes = _principal_axes(levels[0]) if decorrelate else torch.eye(channels, device=usage.device)
+        count = min(ENTRIES, max(8, usage.numel() // 8))
+        self.levels, tables = [], []
+        for level, counts in zip(levels, prefilter(usage[..., None]), strict=True):
+            values = (level.reshape(-1, channels) @ self.axes.T).reshape(level.shape)
+            gaussian, quantiles = gaussianise(values, counts[..., 0])
+            table = _table(quantiles, count)
+            tables.append(_smoothed(table, 1 - _fetched_variance(gaussian)) if self.levels else table)
+            self.levels.append(gaussian)
+        self.tables = torch.stack(tables).float()
         self.stored = [*self.levels, self.tables, self.axes, self.base, self.low, self.high]
 
     def blend(self, level, positions, weights, scale=None):
@@ -43,7 +49,7 @@ class GaussianPlane:
         features = self.base
         for k in range(len(self.base)):  # no product of matrices, whose rounding would depend on the batch
             features = features + values[:, k : k + 1] * self.axes[k]
-        return features.clamp(self.low, self.high)
+        return features.clamp(self.low[level], self.high[level])
 
 
 def gaussianise(plane, usage):
@@ -65,17 +71,14 @@ def gaussianise(plane, usage):
     return torch.empty_like(values).scatter_(0, order, gaussian).reshape(plane.shape), quantiles
 
 
-def _tables(quantiles, levels):
-    """Return tables (levels, entries, c) from the Gaussian, at equal steps within RANGE, to sorted values (n, c)."""
-    count = min(ENTRIES, max(8, len(quantiles) // 8))
+def _table(quantiles, count):
+    """Return the table (count, c), float64, from the Gaussian, at equal steps within RANGE, to sorted values (n, c)."""
     steps = torch.linspace(-RANGE, RANGE, count, dtype=torch.float64, device=quantiles.device)
     place = (torch.special.ndtr(steps) * len(quantiles) - 0.5).clamp(0, len(quantiles) - 1)
     lower = place.long().clamp_max(max(0, len(quantiles) - 2))
     upper = (lower + 1).clamp_max(len(quantiles) - 1)
     values = quantiles.double()
-    first = values[lower] + (place - lower)[:, None] * (values[upper] - values[lower])
-    tables = [first, *(_smoothed(first, 1 - _fetched_variance(level)) for level in levels[1:])]
-    return torch.stack(tables).float()
+    return values[lower] + (place - lower)[:, None] * (values[upper] - values[lower])
 
 
 def _fetched_variance(level):

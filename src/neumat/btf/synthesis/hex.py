@@ -18,18 +18,18 @@ class Hex(Synthesis):
 
     fetches = 3
 
-    def __init__(self, plane, seed, tileable=False):
-        super().__init__(plane, seed, tileable)
+    def __init__(self, plane, seed, tileable=False, levels=None):
+        super().__init__(plane, seed, tileable, levels)
         self.base = plane[0, 0]
-        plane = plane - self.base
-        rows = plane.flatten(0, 1).double()
+        rows = (plane - self.base).flatten(0, 1).double()
         rows = rows - rows.mean(0)
         _, vectors = torch.linalg.eigh(rows.T @ rows)
         along = rows @ (vectors[:, -1] * vectors[:, -1].sum().sign())
         spread = (along.max() - along.min()).clamp_min(1e-12)
         brightness = ((along - along.min()) / spread).float().reshape(self.height, self.width, 1)
         # As one more channel of the plane: one fetch gives both.
-        self.levels = prefilter(torch.cat([plane, brightness], -1))
+        pairs = zip(self.exemplar, prefilter(brightness), strict=True)
+        self.levels = [torch.cat([level - self.base, bright], -1) for level, bright in pairs]
         self.stored = [*self.levels, self.base]
         self.grid = Grid(self.height, self.width, seed, tileable)
 

@@ -16,10 +16,10 @@ class Histogram(Synthesis):
 
     fetches = 3
 
-    def __init__(self, plane, seed, tileable=False, decorrelate=True):
-        super().__init__(plane, seed, tileable)
+    def __init__(self, plane, seed, tileable=False, levels=None, decorrelate=True):
+        super().__init__(plane, seed, tileable, levels)
         self.grid = Grid(self.height, self.width, seed, tileable)
-        self.gaussian = GaussianPlane(plane, self.grid.usage(plane.device), tileable, decorrelate)
+        self.gaussian = GaussianPlane(self.exemplar, self.grid.usage(plane.device), tileable, decorrelate)
         self.stored = self.gaussian.stored
 
     def _features(self, cell, fraction, level):

@@ -1,6 +1,6 @@
 """Linear blending, a null: it keeps means and loses variance."""
 
-from neumat.btf.planes import blend, prefilter
+from neumat.btf.planes import blend
 from neumat.btf.synthesis.base import Synthesis
 from neumat.btf.synthesis.triangles import Grid
 
@@ -10,10 +10,10 @@ class Linear(Synthesis):
 
     fetches = 3
 
-    def __init__(self, plane, seed, tileable=False):
-        super().__init__(plane, seed, tileable)
+    def __init__(self, plane, seed, tileable=False, levels=None):
+        super().__init__(plane, seed, tileable, levels)
         self.base = plane[0, 0]
-        self.stored = self.levels = prefilter(plane - self.base)
+        self.stored = self.levels = [level - self.base for level in self.exemplar]
         self.grid = Grid(self.height, self.width, seed, tileable)
 
     def _features(self, cell, fraction, level):

@@ -2,12 +2,13 @@
 
 import torch
 
-from neumat.btf.planes import fetch, prefilter
+from neumat.btf.planes import fetch
 from neumat.btf.synthesis.base import Synthesis
 from neumat.btf.synthesis.cuts import beyond_cut, comparable, fitting
 from neumat.seeds import torch_generator
 
 BLOCK, OVERLAP = 0.3, 0.06  # sides of blocks and of what they share with their neighbours, in exemplars
+SAMPLES = 4  # texels along a side of the footprint of a level's texel, at most, that are looked up
 CANDIDATES = 3000  # places of the exemplar that each block is chosen from
 
 
@@ -19,18 +20,30 @@ class Quilting(Synthesis):
 
     dynamic = False
 
-    def __init__(self, plane, seed, tileable=False, extent=4):
-        super().__init__(plane, seed, tileable)
+    def __init__(self, plane, seed, tileable=False, levels=None, extent=4):
+        super().__init__(plane, seed, tileable, levels)
         self.extent = extent
         self.base = plane[0, 0]
         texels = quilt(plane, (extent * self.height, extent * self.width), torch_generator(seed, "quilting"), tileable)
-        self.levels = prefilter((plane - self.base).flatten(0, 1)[texels])
+        self.levels = [self._level(k, texels) for k in range(self.top + 1)]
         self.stored = [*self.levels, self.base]
-        self.top = len(self.levels) - 1
 
     def _features(self, cell, fraction, level):
         u = (cell.remainder(self.extent) + fraction) / self.extent
         return fetch(self.levels[min(level, self.top)], u, wrap=True) + self.base
+
+    def _level(self, k, texels):
+        """Return level k of the quilt whose texels (R, C) are those of the exemplar.
+
+        A texel of it is the mean over up to SAMPLES x SAMPLES of the texels under it: of the exemplar's level, where
+        the patch that a texel belongs to, continued, has the middle of all.
+        """
+        (y, from_y), (x, from_x) = (_footprints(size, k) for size in texels.shape)
+        at = texels[y.flatten().to(texels.device)][:, x.flatten().to(texels.device)]
+        row, column = at // self.width + 0.5 + from_y.reshape(-1, 1).to(at.device), at % self.width + 0.5
+        position = torch.stack([(column + from_x.flatten().to(at.device)) / self.width, row / self.height], -1)
+        fetched = fetch(self.exemplar[k] - self.base, position.flatten(0, 1), self.tileable)
+        return fetched.view(*y.shape, *x.shape, -1).mean((1, 3))
 
 
 def quilt(plane, size, generator, tileable=False):
@@ -73,6 +86,16 @@ def quilt(plane, size, generator, tileable=False):
             chosen = torch.where(inside | ~known[:, side, None, None], chosen, before)
         quilted[rows, columns] = chosen
     return quilted
+
+
+def _footprints(size, k):
+    """Return texels (n, s), int64, spread over each of the n texels of level k of `size` texels, and how far from each
+    the middle of its footprint is, in texels."""
+    count, samples = -(-size // 2**k), min(SAMPLES, 2**k)
+    wide = size / count
+    texel = torch.arange(count, dtype=torch.float64)[:, None]
+    chosen = ((texel + (torch.arange(samples) + 0.5) / samples) * wide).long()
+    return chosen, (texel + 0.5) * wide - 0.5 - chosen
 
 
 def _blocks(total, side):
