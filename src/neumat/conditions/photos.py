@@ -10,6 +10,7 @@ from neumat.render import scene
 from neumat.seeds import torch_generator
 
 SIZE = 128  # pixels of a picture before encoding
+SPHERE = 96, 48, 64  # pixels, rings and azimuths of the pictures of fields that are cropped
 SMALLEST, FLATTEST = 16, 2 / 255  # pixels along the shorter side; standard deviation of an image that shows something
 EXPOSURES, BALANCE = 0.7, 0.08  # stops to either side; standard deviation of the log gain of each channel
 GOLDEN = 2.399963  # rad, the golden angle

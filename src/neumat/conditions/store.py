@@ -12,7 +12,7 @@ from neumat.augment.manifest import read_manifest
 from neumat.augment.permutations import PERMUTATIONS, channel_order
 from neumat.brdf.types import read_types, type_names, type_rows
 from neumat.conditions.encoders import make_encoder
-from neumat.conditions.photos import augmented, lighting
+from neumat.conditions.photos import SPHERE, augmented, lighting
 from neumat.conditions.prompts import read_prompts
 from neumat.conditions.texts import captions, thing_of
 from neumat.errors import NeumatError
@@ -31,7 +31,6 @@ MEMBERS = {
     "image": ("numbers", ("n", "pictures", "i")),
     **{f"facts/{name}": ("text", ("n",)) for name in FACTS},
 }
-SIZE, RINGS, AZIMUTHS = 96, 48, 64  # of the pictures that are cropped
 
 
 @dataclass(frozen=True)
@@ -86,11 +85,11 @@ def make_conditions(neumerl, manifest, types, prompts, config, seed, progress=it
 
 
 def _pictures(weights, environment):
-    """Return linear pictures (n, SIZE, SIZE, 3) of weights (n, 675), six permutations of each base.
+    """Return linear pictures (n, S, S, 3) of weights (n, 675), six permutations of each base.
 
     The lights are grey, so a permuted material's picture is the permuted picture.
     """
-    bases = radiance_fields(FrozenSphere(SIZE, RINGS, AZIMUTHS, environment=environment), weights[:: len(PERMUTATIONS)])
+    bases = radiance_fields(FrozenSphere(*SPHERE, environment=environment), weights[:: len(PERMUTATIONS)])
     orders = [channel_order(permutation) for permutation in PERMUTATIONS]
     return torch.stack([bases[..., list(order)] for order in orders], 1).flatten(0, 1)
 

@@ -9,15 +9,16 @@ from neumat.conditions.appearance import AppearanceRegression, rendered_appearan
 from neumat.conditions.descriptions import Descriptions
 from neumat.conditions.diversity import most_different
 from neumat.conditions.encoders import encoder_of
-from neumat.conditions.photos import check_picture, read_photo
+from neumat.conditions.photos import SPHERE, check_picture, read_photo
 from neumat.conditions.projection import Projection
-from neumat.conditions.store import AZIMUTHS, RINGS, SIZE
 from neumat.conditions.text_input import hardly_known, readable_text
 from neumat.errors import NeumatError
+from neumat.fields.layout import SIZE as FIELD
 from neumat.generative.anew import served
 from neumat.generative.conditional import ConditionalDiffusion
 from neumat.generative.orders import ORDERS, distinct, reorder
 from neumat.render.sphere import FrozenSphere, render_fields
+from neumat.seeds import seed_for
 
 FAMILIAR = 0.72  # cosine above which words that an encoder knows in pieces only are understood nevertheless
 FARTHEST = 0.5  # cosine to the nearest training caption, below which a text is not about materials
@@ -25,6 +26,7 @@ FARTHEST = 0.5  # cosine to the nearest training caption, below which a text is 
 NEEDED = {"captions", "descriptions", "fields", "positions", "orders", "appearance.axes"}
 SERVED = {"guidance", "candidates"}  # among its notes: how requests are served, of the config that it was tuned with
 TOLD = {"text", "image"}  # modalities by which candidates can be told apart
+AT_ONCE = 64  # answers to one request, for the memory that their candidates take
 CHOOSY = 4  # one in so many candidates is a good answer, of which the most different are served
 # Of the noise on the training materials that answers to a picture begin with: just below `Tuning.settled`, so that the
 # unconditional network finishes.
@@ -55,7 +57,7 @@ class Synthesiser:
         )
         self.projection = Projection(model.notes["encoder"], extra)
         self.encoder = encoder_of(model.notes["encoder"])
-        self.camera = FrozenSphere(SIZE, RINGS, AZIMUTHS)
+        self.camera = FrozenSphere(*SPHERE)
 
     @functools.cached_property
     def rendered(self):
@@ -72,18 +74,34 @@ class Synthesiser:
             raise NeumatError(path, "a model of this version (rule tune)", f"one without {', '.join(sorted(missing))}")
         return cls(model)
 
-    def synthesise(self, n, seed, guidance=None, candidates=None, **request):
+    def synthesise(self, n, seed, guidance=None, candidates=None, progress=iter, **request):
         """Return (weights (n, 675) of valid BRDFs, how many were drawn for them).
 
         guidance: the scale, or {modality: scale}, see `scale`. candidates: drawn for each of the n where a text or an
-        image is given, see `best`. None: the model's own. request: see `encode`.
+        image is given, see `best`. None: the model's own. progress: wraps the list of steps. request: see `encode`.
         Raises NeumatError for a request that cannot be met.
         """
+        texts = [request.pop("text", None)]
+        weights, drawn = self.synthesise_each(texts, n, seed, guidance, candidates, progress, **request)
+        return weights[0], drawn
+
+    def synthesise_each(self, texts, n, seed, guidance=None, candidates=None, progress=iter, **request):
+        """Return the same (t, n, 675) for each of t texts, which are encoded at once, beside what else is asked for:
+        each as `synthesise` answers it alone."""
         guidance = self.guidance if guidance is None else guidance
         candidates = self.candidates if candidates is None else candidates
         check_numbers(n, guidance, candidates)
-        weights, drawn = self.answers(self.encode(**request), n, seed, guidance, candidates)
-        return weights[0], drawn
+        asked = self.encode(text=None if texts == [None] else texts, **request)
+        weights, total = torch.empty(len(texts), n, FIELD), 0
+        for k, first in progress([(k, first) for k in range(len(texts)) for first in range(0, n, AT_ONCE)]):
+            part = weights[k, first : first + AT_ONCE]
+            one = {name: rows if len(rows) == 1 else rows[k : k + 1] for name, rows in asked.items()}
+            found, drawn = self.answers(
+                one, len(part), seed_for(seed, "answers", first) if first else seed, guidance, candidates
+            )
+            part[:] = found[0]
+            total += drawn
+        return weights, total
 
     def answers(self, asked, n, seed, guidance, candidates):
         """Return (weights (r, n, 675) of valid BRDFs, how many were drawn for them) that answer r requests, {modality:
@@ -105,11 +123,11 @@ class Synthesiser:
         return weights.view(requests, n, -1), drawn
 
     def encode(self, type=None, category=None, text=None, image=None):
-        """Return {modality: row (1, size), as encoded} for what is not None.
+        """Return {modality: rows (1, size), as encoded} for what is not None.
 
-        type, category: a name; text: words; image: the path of an image file, or a picture uint8 (H, W, 3). Raises
-        NeumatError for an unknown name, no text or an image that shows nothing; warns of texts that are far
-        from all that the model was trained on, or too long.
+        type, category: a name; text: words, or a list of t texts, for t rows; image: the path of an image file, or a
+        picture uint8 (H, W, 3). Raises NeumatError for an unknown name, no text or an image that shows nothing; warns
+        of texts that are far from all that the model was trained on, or too long.
         """
         rows = {}
         if type is not None:
@@ -117,7 +135,7 @@ class Synthesiser:
         if category is not None:
             rows["category"] = _one_hot("category", category, self.categories)
         if text is not None:
-            rows["text"] = self.encode_texts([text])
+            rows["text"] = self.encode_texts(text if isinstance(text, list) else [text])
         if image is not None:
             picture = image if isinstance(image, torch.Tensor) else read_photo(image)
             check_picture("image", picture)

@@ -19,9 +19,9 @@ from neumat.augment.manifest import protocol_indices, read_manifest
 from neumat.augment.permutations import PERMUTATIONS
 from neumat.brdf.coordinates import grid_angles
 from neumat.brdf.types import read_types
-from neumat.conditions.photos import augmented, lighting
+from neumat.conditions.photos import SPHERE, augmented, lighting
 from neumat.conditions.prompts import EARLIER, REPORT, VALIDATION, read_prompts
-from neumat.conditions.store import AZIMUTHS, RINGS, SIZE, read_conditions
+from neumat.conditions.store import read_conditions
 from neumat.conditions.texts import thing_of
 from neumat.conditions.training import PROTOCOL
 from neumat.errors import NeumatError
@@ -104,7 +104,7 @@ class Bench:
         self.entries = metric_entries(entries, NOVELTY_ENTRIES, seed)
         self.training = self.materials(self.weights[self.train])
         self.sphere = FrozenSphere(PICTURE_SIZE, environment=new_environment)
-        self.camera = FrozenSphere(SIZE, RINGS, AZIMUTHS, environment=lighting(UNSEEN))
+        self.camera = FrozenSphere(*SPHERE, environment=lighting(UNSEEN))
         self.shown = shown_materials(rows["base"].to_numpy(), self.reference, images, seed)[side]
 
     def materials(self, weights):

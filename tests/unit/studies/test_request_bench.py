@@ -120,7 +120,7 @@ def prompts():
 
 @pytest.fixture(autouse=True)
 def small(monkeypatch):
-    for name, value in {"PICTURE_SIZE": 16, "SIZE": 24, "RINGS": 4, "AZIMUTHS": 8, "NOVELTY_ENTRIES": 16}.items():
+    for name, value in {"PICTURE_SIZE": 16, "SPHERE": (24, 4, 8), "NOVELTY_ENTRIES": 16}.items():
         monkeypatch.setattr(request_bench, name, value)
 
 
