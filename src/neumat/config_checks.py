@@ -34,9 +34,11 @@ def check(config, names, scenes, scene_schema):
     shown = manifest["base"][protocol_indices(manifest, "parity")[1]].nunique()
     if shown < SMALLEST:  # one for validation, one for the report
         raise NeumatError("config key augment.held_out", "held-out materials of two bases to show", shown)
-    if not chosen_folds(config["evaluate"]["folds"], len(names)):
-        expected = f"a fold below {fold_count(len(names))}, as many as {len(names)} sources have"
-        raise NeumatError("config key evaluate.folds", expected, config["evaluate"]["folds"])
+    folds = {"folds": config["evaluate"]["folds"], "coverage.folds": config["evaluate"]["coverage"]["folds"]}
+    for key, given in folds.items():
+        if not chosen_folds(given, len(names)):
+            expected = f"a fold below {fold_count(len(names))}, as many as {len(names)} sources have"
+            raise NeumatError(f"config key evaluate.{key}", expected, given)
     _check_scenes(config, manifest, Path(scenes), scene_schema)
 
 

@@ -36,7 +36,7 @@ from neumat.generative.orders import reorder
 from neumat.generative.registry import METHODS
 from neumat.metrics.novelty import nearest_training
 from neumat.render.sphere import FrozenSphere
-from neumat.studies import constrained, protocols, request_bench
+from neumat.studies import constrained, coverage, protocols, request_bench
 from neumat.studies.protocols import TRAINING_SET, Protocol, score_protocol
 from neumat.studies.type_scorer import TypeScorer
 
@@ -219,6 +219,32 @@ def test_draws_of_the_training_set_are_of_training_materials_each_once(run, name
     drawn = which(protocol.training_draws(3, 10).brdf, evaluate(run.weights, *grid_angles(protocol.entries)))
     assert set(drawn) <= train
     assert [len(set(drawn[k : k + 10])) for k in (0, 10, 20)] == [10] * 3
+
+
+@pytest.mark.parametrize("name", PROTOCOLS[2:])
+def test_coverage_and_nulls_hold_out_sources_and_all_that_descends_from_them(run, name):
+    """Nulls that keep materials as they are, and the sides that all others are made of."""
+    stores = [run.paths[key] for key in ("neumerl", "manifest", "sources")]
+    recipe = {"parents": [1, 1, 1], "logarithmic": 0.5, "brightness": 1.5, "mixing": 1.0}
+    found = coverage.Sides(name, stores, 64, recipe, 0)
+    train, reference = sides(run.rows, name)
+    plain = set(run.rows["index"][run.rows["permutation"] == "rgb"])
+    measured = set(run.rows["index"][run.rows["parent_a"] == run.rows["parent_b"]])
+    expected = {"training": train & plain, "sources": train & plain & measured, "held_out": reference & plain}
+    assert {side: set(which(weights, run.weights)) for side, weights in found.weights.items()} == expected
+    assert found.names == [run.rows["base"][i] for i in sorted(expected["sources"])]
+    for side, indices in expected.items():
+        assert torch.equal(getattr(found, side).brdf, found.fields(run.weights[sorted(indices)]).brdf)
+    model = SimpleNamespace(draw=lambda n, seed: run.weights[sorted(train & plain)].repeat(9, 1)[:n])
+    rows = coverage.measure(found, model, (2, 60), 0)
+    rows = rows.set_index(["method", "level", "measure", "size"])["value"]
+    x, y = (m.brdf.log1p().flatten(1) for m in (found.held_out, found.training))
+    own = torch.cdist(x, y, p=1).amin(1) / x.shape[1]
+    for method in ("copies", "hyperdiffusion"):
+        assert rows.loc[method, 0, "coverage", 60].to_numpy() == pytest.approx(own.numpy(), rel=1e-3)
+    assert rows.loc["copies", 0, "novelty, bases", 60].item() < 1e-6
+    assert set(rows.index.get_level_values("method")) == {"held-out", "hyperdiffusion", *coverage.NULLS}
+    assert np.isfinite(rows.loc[:, :, "coverage"]).all()
 
 
 def test_categories_are_compared_with_training_materials(run, monkeypatch, tmp_path):

@@ -31,6 +31,7 @@ def test_default_target_plans_data_to_report(tmp_path, overlays):
         "text_ablation",
         "generalisation_table",
         "generalisation_novelty",
+        "generalisation_coverage",
         "export",
         "btf_truth",
         "btf_synthesis",
@@ -47,7 +48,7 @@ def test_default_target_plans_data_to_report(tmp_path, overlays):
 
 def test_every_stage_without_wildcards_is_a_target_of_its_own(tmp_path):
     stages = set(RULES) - {"fit_shard", "train", "sample", "score", "run_table"}
-    stages -= {"constrained", "constrained_sheet", "projection", "tune", "export"}
+    stages -= {"coverage", "constrained", "constrained_sheet", "projection", "tune", "export"}
     stages -= {"scene", "scene_preview", "scene_models"}
     stages -= {"btf_shard", "btf_capture", "btf_truth", "btf_fit", "btf_quality", "btf_synthesis", "btf_ours"}
     stages -= {"btf_synthesised", "btf_compared", "btf_measured"}

@@ -20,6 +20,9 @@ AFTER_SAMPLING = CONSTRAINED | {
     "novelty_table",
     "generalisation_novelty",
     "novelty_figures",
+    "coverage",
+    "coverage_table",
+    "generalisation_coverage",
     "grid",
     "method_sheet",
     "chart_sampling",
@@ -48,7 +51,10 @@ def test_cores_and_threads_rerun_nothing(smoke, arguments):
     ("overlay", "rules"),
     [
         ("generative: {sampling: {seed: 1}}", AFTER_SAMPLING | ON_DEMAND - {"stability_conditional"}),
-        ("evaluate: {bootstrap: 30}", {"unconditional", "generalisation_table", "run_table"}),
+        (
+            "evaluate: {bootstrap: 30}",
+            {"unconditional", "generalisation_table", "coverage_table", "generalisation_coverage", "run_table"},
+        ),
         ("generative: {methods: {hyperdiffusion: {steps: 20}}}", set()),  # the value that it has
         ("render: {grid_rows: 1}", {"grid", "run_table"}),
         ("scenes: {samples: 16}", {"scene", "run_table"}),

@@ -59,6 +59,10 @@ FITTED = range(
 )
 SHARDS = ceil(len(FITTED) / config["fit"]["materials_per_job"])
 FOLDS = [f"fold{k}" for k in chosen_folds(config["evaluate"]["folds"], len(SOURCES))]
+REPORTED = [
+    f"fold{k}"
+    for k in chosen_folds(config["evaluate"]["coverage"]["folds"], len(SOURCES))
+]
 # Protocols whose reference materials have no relative among the training materials.
 UNRELATED = ["grouped", *FOLDS]
 BTF = config["btf"]
@@ -86,6 +90,7 @@ TARGETS = {
         "results/tables/fit.csv",
         "results/tables/unconditional.csv",
         "results/tables/novelty.csv",
+        "results/tables/coverage.csv",
         "results/tables/renderer.csv",
         "results/tables/physics.csv",
         *expand("results/scenes/{scene}.png", scene=config["scenes"]["names"]),
@@ -123,6 +128,7 @@ TARGETS = {
     "generalisation": [
         "results/tables/generalisation.csv",
         "results/tables/generalisation_novelty.csv",
+        "results/tables/generalisation_coverage.csv",
     ],
     "btf": [
         f"results/btf/quality/{BTF['surface']}/ours.csv",
