@@ -8,7 +8,7 @@ from pathlib import Path
 from neumat.errors import NeumatError
 
 MODEL = "results/conditional/model.safetensors"
-REQUESTS = ("type", "category", "text", "image")
+REQUESTS = ("type", "category", "text", "image", "colour")
 SHOWN, COLUMNS, PIXELS = 60, 6, 256  # rows and columns of the preview, pixels of each material
 
 
@@ -21,6 +21,8 @@ def parser():
     made.add_argument("--type", help="a type of the training materials, such as metallic-paint")
     made.add_argument("--category", help="a category of reflectance, such as mirror")
     made.add_argument("--image", type=Path, help="a photo or render of a material")
+    made.add_argument("--colour", help='a number such as "#b87333", or a name such as "navy blue"')
+    made.add_argument("--force", action="store_true", help="serve a text of which nothing is known")
     made.add_argument("-n", type=int, default=6, help="how many materials for each request (6)")
     made.add_argument(
         "--guidance",
@@ -85,6 +87,7 @@ def checked(options):
 def _answers(options, texts, bar):
     """Return (weights (t, n, 675), how many were drawn for them); `bar` shows how far it is."""
     from neumat.brdf.categories import check_category
+    from neumat.conditions.colour_names import read_colour
     from neumat.conditions.photos import read_photo
     from neumat.conditions.synthesis import Synthesiser, check_numbers
 
@@ -99,7 +102,9 @@ def _answers(options, texts, bar):
         check_category(options.category)
     guidance, candidates = options.guidance, options.candidates
     check_numbers(options.n, 0.0 if guidance is None else guidance, 1 if candidates is None else candidates)
-    asked = {"type": options.type, "category": options.category}
+    if options.colour is not None:
+        read_colour(options.colour)
+    asked = {"type": options.type, "category": options.category, "colour": options.colour, "force": options.force}
     asked["image"] = None if options.image is None else read_photo(options.image)
     synthesiser = Synthesiser.load(options.model)
     return synthesiser.synthesise_each(texts, options.n, options.seed, guidance, candidates, progress, **asked)

@@ -39,7 +39,7 @@ def asked(monkeypatch):
     return calls
 
 
-NOTHING = {"type": None, "category": None, "image": None}
+NOTHING = {"type": None, "category": None, "image": None, "colour": None, "force": False}
 
 
 def test_a_request_becomes_a_preview_weights_and_tables(asked, tmp_path):
@@ -73,9 +73,10 @@ def test_help_imports_nothing_that_takes_long():
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ([], ["request", "--type, --category, --text, --image, --requests", "none"]),
+        ([], ["request", "--type, --category, --text, --image, --colour, --requests", "none"]),
         (["--text", " "], ["text", "empty"]),
         (["--category", "shiny"], ["category", "mirror", "shiny"]),
+        (["--colour", "#12345"], ["colour", "#b87333", "#12345"]),
         (["--text", "red", "-n", "0"], ["n:", "at least 1", "0"]),
         (["--text", "red", "--candidates", "0"], ["candidates", "at least 1"]),
         (["--text", "red", "--guidance", "nan"], ["guidance", "finite"]),

@@ -85,6 +85,7 @@ rule tune:
             key: config["generative"]["sampling"][key] for key in ("sampler", "nfe")
         },
         served={key: config["conditional"][key] for key in ("guidance", "candidates")},
+        things=contents("config/things.tsv"),
         seed=config["seed"],
         checkpoint="results/conditional/model{power}.checkpoint",
     script:

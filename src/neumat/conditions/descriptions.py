@@ -7,7 +7,6 @@ import torch
 from torch.nn.functional import normalize
 
 from neumat.conditions.texts import GLOSS as GLOSS_WORDINGS
-from neumat.metrics.appearance import appearance
 from neumat.metrics.words import COLOURS, GLOSS, colour_name, gloss_name
 
 DESCRIPTIONS = tuple(itertools.product(COLOURS, GLOSS, ("material", "metal")))
@@ -33,10 +32,12 @@ class Descriptions:
         self.centre = features.mean(0)
         self.features = normalize(features - self.centre)
 
-    def match(self, weights, texts):
-        """Return the cosines (r, m) of the descriptions of fields (r, m, 675) with encoded texts (r, t)."""
-        seen = appearance(weights.flatten(0, 1))
+    def of(self, seen):
+        """Return the encoded descriptions (n, t), of length 1, of rows of `metrics.appearance.appearance`."""
         things = np.where(seen["metallic"], "metal", "material")
         named = zip(colour_name(seen), gloss_name(seen), things, strict=True)
-        own = self.features[torch.tensor([DESCRIPTIONS.index(words) for words in named])]
-        return (own.view(*weights.shape[:2], -1) * normalize(texts - self.centre)[:, None]).sum(2)
+        return self.features[torch.tensor([DESCRIPTIONS.index(words) for words in named])]
+
+    def match(self, own, texts):
+        """Return the cosines (r, m) of descriptions (r, m, t) or (1, m, t), see `of`, with encoded texts (r, t)."""
+        return (own * normalize(texts - self.centre)[:, None]).sum(2)

@@ -6,17 +6,24 @@ import logging
 import torch
 
 from neumat.conditions.appearance import AppearanceRegression, rendered_appearance
+from neumat.conditions.choice import COLOUR, Seen, choose, coloured, fit, off_colour
+from neumat.conditions.colour_names import read_colour
 from neumat.conditions.descriptions import Descriptions
-from neumat.conditions.diversity import most_different
 from neumat.conditions.encoders import encoder_of
 from neumat.conditions.photos import SPHERE, check_picture, read_photo
 from neumat.conditions.projection import Projection
-from neumat.conditions.text_input import hardly_known, readable_text
+from neumat.conditions.ranges import STEP, colour_row, colours_within, linear_rgb, row, seen
+from neumat.conditions.recolouring import recoloured
+from neumat.conditions.text_input import check_text, readable_text, unknown_words
+from neumat.conditions.things import unpacked
+from neumat.conditions.wanted import Vocabulary
 from neumat.errors import NeumatError
 from neumat.fields.layout import SIZE as FIELD
+from neumat.fields.validity import physical
 from neumat.generative.anew import served
 from neumat.generative.conditional import ConditionalDiffusion
 from neumat.generative.orders import ORDERS, distinct, reorder
+from neumat.metrics.appearance import appearance
 from neumat.render.sphere import FrozenSphere, render_fields
 from neumat.seeds import seed_for
 
@@ -24,10 +31,12 @@ FAMILIAR = 0.72  # cosine above which words that an encoder knows in pieces only
 FARTHEST = 0.5  # cosine to the nearest training caption, below which a text is not about materials
 # Beside the networks, in a checkpoint.
 NEEDED = {"captions", "descriptions", "fields", "positions", "orders", "appearance.axes"}
-SERVED = {"guidance", "candidates"}  # among its notes: how requests are served, of the config that it was tuned with
-TOLD = {"text", "image"}  # modalities by which candidates can be told apart
+# Among its notes: how requests are served, of the config that it was tuned with, and the things that it knows.
+SERVED = {"guidance", "candidates", "things"}
+TOLD = {"text", "image", "wanted"}  # by which candidates can be told apart
+RANGES = {"wanted", "avoided"}  # of a request: what is no modality of the model
+OFF_COLOUR = 0.1  # of `choice.off_colour`, beyond which a colour is told to be missed
 AT_ONCE = 64  # answers to one request, for the memory that their candidates take
-CHOOSY = 4  # one in so many candidates is a good answer, of which the most different are served
 # Of the noise on the training materials that answers to a picture begin with: just below `Tuning.settled`, so that the
 # unconditional network finishes.
 LEVEL = 1.4
@@ -66,6 +75,11 @@ class Synthesiser:
         pictures = rendered_appearance(fields).unflatten(1, (-1, 3))[positions]
         return pictures.gather(2, ORDERS[orders][:, None].expand_as(pictures)).flatten(1)
 
+    @functools.cached_property
+    def vocabulary(self):
+        """The Vocabulary, made where a text first needs it."""
+        return Vocabulary(unpacked(self.model.notes["things"]))
+
     @classmethod
     def load(cls, path):
         """Read the checkpoint that the rule `tune` wrote. Raises NeumatError for another file."""
@@ -79,7 +93,7 @@ class Synthesiser:
 
         guidance: the scale, or {modality: scale}, see `scale`. candidates: drawn for each of the n where a text or an
         image is given, see `best`. None: the model's own. progress: wraps the list of steps. request: see `encode`.
-        Raises NeumatError for a request that cannot be met.
+        Raises NeumatError for a request that cannot be met; warns of colours that are missed.
         """
         texts = [request.pop("text", None)]
         weights, drawn = self.synthesise_each(texts, n, seed, guidance, candidates, progress, **request)
@@ -101,6 +115,7 @@ class Synthesiser:
             )
             part[:] = found[0]
             total += drawn
+        _tell_colours(weights, asked)
         return weights, total
 
     def answers(self, asked, n, seed, guidance, candidates):
@@ -117,17 +132,20 @@ class Synthesiser:
             repeated = {name: given.repeat_interleave(each * candidates, 0) for name, given in self.embed(of).items()}
             many = len(rows) * candidates
             weights, drawn = self.model.candidates(many, seed, repeated, min(guidance, share * guidance), begun)
-            return self.best(weights.view(len(rows) // each, each * candidates, -1), of, each).flatten(0, 1), drawn
+            weights = self.recoloured(weights.view(len(rows) // each, each * candidates, -1), of)
+            return self.best(weights, of, each).flatten(0, 1), drawn
 
         weights, drawn = served(draw, requests * n, seed, f"{requests * n} samples at guidance {guidance:g}")
         return weights.view(requests, n, -1), drawn
 
-    def encode(self, type=None, category=None, text=None, image=None):
-        """Return {modality: rows (1, size), as encoded} for what is not None.
+    def encode(self, type=None, category=None, text=None, image=None, colour=None, force=False):
+        """Return {modality: rows (1, size), as encoded} for what is not None; beside them, as "wanted" and "avoided",
+        the ranges of appearance that texts or a colour name, see `ranges`.
 
         type, category: a name; text: words, or a list of t texts, for t rows; image: the path of an image file, or a
-        picture uint8 (H, W, 3). Raises NeumatError for an unknown name, no text or an image that shows nothing; warns
-        of texts that are far from all that the model was trained on, or too long.
+        picture uint8 (H, W, 3); colour: its number or name, see `read_colour`; force: see `read_texts`. Raises
+        NeumatError for an unknown name, no text or an image that shows nothing; warns of texts that are hardly
+        understood, or too long.
         """
         rows = {}
         if type is not None:
@@ -135,17 +153,20 @@ class Synthesiser:
         if category is not None:
             rows["category"] = _one_hot("category", category, self.categories)
         if text is not None:
-            rows["text"] = self.encode_texts(text if isinstance(text, list) else [text])
+            rows |= self.read_texts(text if isinstance(text, list) else [text], force)
         if image is not None:
             picture = image if isinstance(image, torch.Tensor) else read_photo(image)
             check_picture("image", picture)
             rows["image"] = self.encoder.encode_image(picture[None])
+        if colour is not None:
+            wanted = colour_row(read_colour(colour))
+            rows.setdefault("wanted", row()[None])[:, COLOUR] = wanted[COLOUR]
         return rows
 
     def embed(self, asked):
         """Return {modality: rows (r, size)} as the model takes them, of what `encode` returns."""
         into = {"text": self.projection.text, "image": self.projection.image}
-        return {name: into[name](rows) if name in into else rows for name, rows in asked.items()}
+        return {name: into[name](rows) if name in into else rows for name, rows in asked.items() if name not in RANGES}
 
     def request(self, **request):
         """Return {modality: row (1, size)} as the model takes them; see `encode`."""
@@ -159,7 +180,7 @@ class Synthesiser:
         The tuned network learns the pictures of its training materials by heart (at noise 6 its error on those of
         others is three times as large): what is near to a new one is better told by retrieval (Blattmann et al. 2022).
         """
-        if asked.keys() != {"image"}:
+        if asked.keys() - RANGES != {"image"}:
             return None
         order = self.alike(asked["image"])
         nearest = order[:, torch.arange(n) % order.shape[1]]  # round and round, where more are asked for than known
@@ -170,44 +191,88 @@ class Synthesiser:
         each of the encoded pictures (r, i) shows."""
         return torch.cdist(self.appearance(features), self.rendered).argsort(1)
 
+    def recoloured(self, weights, asked):
+        """Return candidates (r, m, 675) in the colours that their requests want: each that is outside of them in one
+        within, unless it is no BRDF then."""
+        if "wanted" not in asked or not coloured(asked["wanted"]).any():
+            return weights
+        fields = weights.flatten(0, 1)
+        wanted = asked["wanted"].repeat_interleave(weights.shape[1], 0)
+        looks = appearance(fields)
+        positions = seen(looks)
+        off = off_colour(positions, wanted).nonzero()[:, 0]
+        if len(off):
+            colours = linear_rgb(colours_within(positions[off], wanted[off]))
+            changed = recoloured(fields[off], looks.iloc[off.numpy()], colours)
+            fields = fields.clone()
+            good = physical(changed)
+            fields[off[good]] = changed[good]
+        return fields.view_as(weights)
+
     def best(self, weights, asked, n):
         """Return n (r, n, 675) of the candidates (r, m, 675) of each of r requests, {modality: rows (r, size), as
-        encoded}. Where neither a text nor an image was given, the first n.
+        encoded}. Where nothing tells them apart, the first n.
 
         Where a picture is all that is given: of each m / n in a row the one that looks most like what it shows. Else,
-        of those that answer best (see CHOOSY), the ones that differ most from each other: an answer is the better, the
-        nearer its picture comes to text and image in the common space, and its description to the text.
+        of those that answer best, different ones, see `choice`.
         """
         if not TOLD & asked.keys() or weights.shape[1] == n:
             return weights[:, :n]
         fields, rows = weights.flatten(0, 1), torch.arange(len(weights))[:, None]
-        if asked.keys() == {"image"}:
+        if asked.keys() - RANGES == {"image"}:
             shown = rendered_appearance(fields).view(*weights.shape[:2], -1)
             unlike = (shown - self.appearance(asked["image"])[:, None]).square().mean(2)
             each = unlike.view(len(weights), n, -1)
             return weights[rows, each.argmin(2) + torch.arange(n) * each.shape[2]]
+        return choose(weights, self.fit(self.seen(fields).view(*weights.shape[:2]), asked), n)
+
+    def seen(self, weights):
+        """Return the Seen of fields (m, 675), see `choice`."""
         edge = self.camera.size // EDGE
-        seen = self.images(render_fields(self.camera, fields)[:, edge:-edge, edge:-edge]).view(*weights.shape[:2], -1)
-        score = sum((seen * wanted[:, None]).sum(2) for name, wanted in self.embed(asked).items() if name in TOLD)
-        if "text" in asked:
-            score = score + self.descriptions.match(weights, asked["text"])
-        best = weights[rows, score.topk(max(n, weights.shape[1] // CHOOSY)).indices]
-        return best[rows, most_different(best, n)]
+        looks = appearance(weights)
+        pictures = render_fields(self.camera, weights)[:, edge:-edge, edge:-edge]
+        return Seen(seen(looks), self.images(pictures), self.descriptions.of(looks))
 
-    def encode_texts(self, texts):
-        """Return texts as encoded, (n, t), of what the encoder can read.
+    def fit(self, found, asked):
+        """Return how well (r, m) what is `Seen` answers r requests, see `choice.fit`."""
+        return fit(found, asked, self.embed(asked), self.descriptions)
 
-        Raises NeumatError where that is nothing, and for what is no text; warns of what is not or hardly understood.
+    def read_texts(self, texts, force=False):
+        """Return {"text": texts as encoded, (n, t), of what the encoder can read; "wanted", "avoided": the ranges of
+        appearance that they name, (n, SIZE)}.
+
+        Raises NeumatError where nothing can be read or, without `force`, nothing is known, and for what is no text;
+        warns of what is not understood.
         """
-        read = [readable_text(text, self.encoder) for text in texts]
+        for text in texts:
+            check_text(text)
+        readings = [self.vocabulary.read(text) for text in texts]
+        read = [readable_text(reading.plain, self.encoder) for reading in readings]
         features = self.encoder.encode_text(read)
         near = (features @ self.captions.T).amax(1).tolist()
-        for text, known, nearest in zip(texts, read, near, strict=True):
-            if nearest < FARTHEST:
-                logging.warning("text %.40r: unlike any description of a material (similarity %.2f)", text, nearest)
-            elif nearest < FAMILIAR and hardly_known(known, self.encoder):
-                logging.warning("text %.40r: its words may not be understood: say it in other English words", text)
-        return features
+        for text, known, reading, nearest in zip(texts, read, readings, near, strict=True):
+            self._comment(text, known, reading, nearest, force)
+        ranges = {name: torch.stack([getattr(reading, name) for reading in readings]) for name in ("wanted", "avoided")}
+        return {"text": features} | ranges
+
+    def _comment(self, text, known, reading, nearest, force):
+        """Warn of what is not understood of a text; see `read_texts`."""
+        unknown, words = unknown_words(known, self.encoder)
+        foreign = 2 * len(unknown) >= max(1, words) and nearest < FAMILIAR
+        if not (reading.words or force) and (foreign or nearest < FARTHEST):
+            expected = "English words for a material, its colour or its gloss (or --force)"
+            raise NeumatError("text", expected, f"{text[:40]!r}, of which nothing is known")
+        for line in reading.told:
+            logging.warning("text %.40r: %s", text, line)
+        if nearest < FARTHEST and not reading.words:
+            logging.warning("text %.40r: unlike any description of a material (similarity %.2f)", text, nearest)
+        elif unknown and nearest < FAMILIAR:
+            logging.warning("text %.40r: %s may not be understood: say it in other English words",
+                            text, ", ".join(unknown[:10]))  # fmt: skip
+
+    def encode_texts(self, texts, force=False):
+        """Return texts as encoded (n, t), see `read_texts`."""
+        return self.read_texts(texts, force)["text"]
 
     def images(self, pictures):
         """Return the embeddings (n, size) of uint8 sRGB pictures (n, H, W, 3)."""
@@ -217,7 +282,19 @@ class Synthesiser:
 def scale(guidance, request):
     """Return the guidance scale of a request: `guidance`, or of {modality: scale} the least of what is asked for, since
     what is exaggerated for one modality is lost for another."""
-    return min((guidance[name] for name in request), default=0.0) if isinstance(guidance, dict) else guidance
+    named = request.keys() - RANGES
+    return min((guidance[name] for name in named), default=0.0) if isinstance(guidance, dict) else guidance
+
+
+def _tell_colours(weights, asked):
+    """Warn where colours that are wanted of weights (t, n, 675) are missed."""
+    if "wanted" in asked and coloured(asked["wanted"]).any():
+        positions = seen(appearance(weights.flatten(0, 1))).view(*weights.shape[:2], -1)
+        off = off_colour(positions, asked["wanted"][:, None])
+        if missed := int((off > OFF_COLOUR).sum()):
+            logging.warning(
+                "colour: %d of %d materials miss it, by up to %.0f (CIELAB)", missed, off.numel(), STEP * off.max()
+            )
 
 
 def check_numbers(n, guidance, candidates):

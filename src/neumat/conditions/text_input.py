@@ -8,6 +8,14 @@ from neumat.errors import NeumatError
 
 SIGNS = ("Cf", "Co", "Cn", "Me")  # categories of Unicode, beside those of symbols
 NEGATIONS = re.compile(r"\b(not|no|never|without|neither|nor|cannot|\w+n['’]t)\b", re.IGNORECASE)
+# Frequent words of other languages that the encoder's pieces hold, and English has not: articles, colours, stuffs.
+FOREIGN = frozenset(
+    """
+    der das ein eine und mit aus rot blau gelb schwarz weiss grau braun holz les une et avec bois rouge bleu bleue
+    vert verte jaune noir noire blanc blanche grise brun cuir los las una con del rojo roja azul verde amarillo negra
+    blanco blanca madera gli rosso rossa blu giallo nero nera bianco bianca grigio legno vermelho preto branco het een
+    """.split()
+)
 WORD = re.compile(r"[^\W\d_]+")
 EMPTY_BRACKETS = re.compile(r"\(\s*\)|\[\s*\]|\{\s*\}")
 
@@ -47,13 +55,17 @@ def readable_text(text, encoder):
     return read
 
 
-def hardly_known(text, encoder):
-    """Return whether half of the words of a text or more look foreign to an encoder: they have letters that English has
-    not, or the encoder knows them in pieces only."""
+def unknown_words(text, encoder):
+    """Return (the words of a text that look foreign to an encoder, how many words there are): they have letters that
+    English has not, the encoder knows them in pieces only, or they are FOREIGN."""
     words = [match.span() for match in WORD.finditer(text)]
     whole = {(start, end) for start, end, known in encoder.pieces(text) if known}
-    foreign = sum(not text[start:end].isascii() or (start, end) not in whole for start, end in words)
-    return 2 * foreign >= max(1, len(words))
+    unknown = [
+        text[start:end]
+        for start, end in words
+        if not text[start:end].isascii() or (start, end) not in whole or text[start:end].lower() in FOREIGN
+    ]
+    return unknown, len(words)
 
 
 def _is_sign(letter):

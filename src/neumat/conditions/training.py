@@ -65,8 +65,8 @@ def tune(paths, tuning, rules, sampling, served, seed, progress, checkpoint):
     can be asked for.
 
     paths: neumerl, manifest, conditions, projection, statistics (of all fields), model (the unconditional one).
-    tuning, sampling: dicts. served: {"guidance": {modality: scale}, "candidates": number}, see Synthesiser. rules: of
-    the categories, see `categorise`.
+    tuning, sampling: dicts. served: guidance {modality: scale}, candidates and things, see Synthesiser and
+    `things.packed`. rules: of the categories, see `categorise`.
     """
     fitted = read_neumerl(paths["neumerl"])
     train = training_indices(fitted, read_manifest(paths["manifest"]), PROTOCOL)

@@ -17,7 +17,7 @@ from neumat.stability.odd_images import BLUE, BROKEN, RED, UNUSUAL, ball
 from neumat.stability.request_bench import CANDIDATES, N
 from neumat.stability.stress import ANEW, REFUSED, UNNEEDED, WARNED, Answer, Stress, refused, stress_table
 
-SAMPLED = (UNNEEDED, ANEW)
+SAMPLED = (UNNEEDED, ANEW, WARNED)  # that a colour is missed is told
 CLOSE = 4  # mean difference of 8-bit values, below which two files show the same picture
 ROUNDING = 0.01  # of bfloat16: mean |log(1 + f) - log(1 + f')|, far below what samples differ by
 SAMPLES = "valid samples"
@@ -88,12 +88,25 @@ def _texts(bench):
         ("pictographs", "✨🔴", "signs only"),
     ):
         yield refused(f"text: {name}", part, lambda text=text: bench.ask(text=text))
+    for name, text in (
+        ("German", "rotes Plastik"),
+        ("French", "bois verni noir"),
+        ("Spanish", "lana roja brillante"),
+        ("Japanese", "赤いプラスチック"),
+        ("random letters", "xqzv blorptang"),
+        ("about something else", "how do I file my taxes"),
+    ):
+        yield refused(f"text: {name}", "of which nothing is known", lambda text=text: bench.ask(text=text))
+    yield Stress("text: nonsense, forced", f"one line: unlike any description; {SAMPLES}", (WARNED,),
+                 lambda: bench.ask(text="xqzv blorptang", force=True), "unlike any description")  # fmt: skip
+    yield Stress("text: 10,000 letters without a space", f"{SAMPLES}; a cut is told", SAMPLED,
+                 lambda: bench.ask(["red"], text="red " + "a" * 10_000))  # fmt: skip
     for name, text, part in (
         ("10,000 words", "a bright red plastic " * 2500, "word pieces are read"),
-        ("German", "rotes Plastik", "unlike any description"),
-        ("Japanese", "赤いプラスチック", "unlike any description"),
-        ("nonsense", "xqzv blorptang", "unlike any description"),
-        ("about something else", "how do I file my taxes", "unlike any description"),
+        ("contradictory colours", "red and blue plastic", "contradicts itself in colour"),
+        ("contradictory gloss", "matte red mirror", "contradicts itself in gloss"),
+        ("unknown sign", "red metal (银)", "银"),
+        ("a negation without a known word", "red plastic, not too expensive", "may not be understood"),
     ):
         yield Stress(f"text: {name}", f"one line: {part}; {SAMPLES}", (WARNED,),
                      lambda text=text: bench.ask(["red"], text=text), part)  # fmt: skip

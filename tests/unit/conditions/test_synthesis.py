@@ -65,6 +65,7 @@ def test_requests_are_served_as_the_model_was_configured_where_they_do_not_say(g
     served.encode = lambda text: {"text": torch.zeros(1, 4)}
     served.embed = lambda asked: asked
     served.start = lambda *_: None
+    served.recoloured = lambda weights, asked: weights
     served.best = lambda weights, asked, n: weights[:, :n]
     served.synthesise(2, 0, text="red", **given)
     assert drawn == [expected]
@@ -119,7 +120,9 @@ def judging():
 
 def wordless(judging):
     """The same, to which descriptions say nothing of a text."""
-    judging.descriptions = SimpleNamespace(match=lambda weights, texts: torch.zeros(weights.shape[:2]))
+    judging.descriptions = SimpleNamespace(
+        of=lambda seen: torch.zeros(len(seen), 1), match=lambda own, texts: torch.zeros(own.shape[:2])
+    )
     return judging
 
 
@@ -137,7 +140,7 @@ def test_of_good_answers_to_a_text_the_different_ones_are_served(judging, lamber
     dark, darker = (0.25, 0.025, 0.025), (0.125, 0.0125, 0.0125)
     weights = lambert(*[GREEN, BLUE] * 6, RED, RED, dark, darker)[None]
     found = wordless(judging).best(weights, {"text": normalize(torch.tensor([RED]), dim=1)}, 2)
-    assert set(map(tuple, found[0].tolist())) == set(map(tuple, lambert(RED, darker).tolist()))
+    assert set(map(tuple, found[0].tolist())) == set(map(tuple, lambert(RED, dark).tolist()))
 
 
 def test_answers_to_a_picture_begin_with_different_materials_that_look_like_it(judging, lambert):

@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from neumat.conditions.encoders import Packaged
 from neumat.conditions.synthesis import Synthesiser
-from neumat.conditions.text_input import check_text, hardly_known, readable_text
+from neumat.conditions.text_input import check_text, readable_text, unknown_words
+from neumat.conditions.wanted import Vocabulary
 from neumat.errors import NeumatError
 
 SIGNS = ("✨", "🔴", "™", "❤️", "👩‍🎨", "\u200b", "\ufeff", "→✓", "🇫🇷", "\ue000", "㊙")
@@ -91,11 +92,17 @@ def test_words_that_only_look_like_negations_are_not_told():
         assert not any("understood" in line for line in read(text)[1])
 
 
-def test_what_is_known_in_pieces_or_written_in_other_letters_is_hardly_known():
-    assert not hardly_known("a shiny red metal", Words())
-    assert not hardly_known("a shiny red foil", Words())
-    assert hardly_known("rotes Blech", Words())
-    assert hardly_known("métal red", Words())
+@pytest.mark.parametrize(
+    ("text", "unknown"),
+    [
+        ("a shiny red metal", []),
+        ("a shiny red foil", ["foil"]),
+        ("rotes Blech", ["rotes", "Blech"]),
+        ("métal red", ["métal"]),
+    ],
+)
+def test_what_is_known_in_pieces_or_written_in_other_letters_is_unknown(text, unknown):
+    assert unknown_words(text, Words()) == (unknown, len(text.split()))
 
 
 @settings(max_examples=200, deadline=None)
@@ -116,7 +123,7 @@ def test_any_text_is_read_within_the_limit_or_refused_in_one_line(text):
 def packaged():
     """A Synthesiser of the packaged encoder, without a model."""
     synthesiser = Synthesiser.__new__(Synthesiser)
-    synthesiser.encoder = Packaged()
+    synthesiser.encoder, synthesiser.vocabulary = Packaged(), Vocabulary({})
     captions = ["red metal", "blue metal", "a shiny red plastic", "green fabric", "red", "a matte blue paint"]
     synthesiser.captions = synthesiser.encoder.encode_text(captions)
     return synthesiser
@@ -139,18 +146,37 @@ def test_the_packaged_encoder_reads_what_it_says_it_does(packaged, caplog):
         ]
         assert not torch.allclose(ends[0], ends[1], atol=1e-4) and torch.allclose(ends[2], ends[3], atol=1e-4)
         caplog.clear()
-        packaged.encode_texts([f"{word} " * (fits + 20)])
+        packaged.encode_texts([f"{word} " * (fits + 20)], force=True)
         assert any("word pieces are read" in line for line in caplog.messages)
 
 
 @pytest.mark.parametrize(
-    "text", ["roter Kunststoff", "métal vert brillant", "plástico rojo", "красный металл", "plastic, not red"]
+    "text",
+    ["roter Kunststoff", "métal vert brillant", "plástico rojo", "красный металл", "xqzv blorptang", "bois verni"],
 )
-def test_other_languages_and_negations_are_told(packaged, caplog, text):
-    packaged.encode_texts([text])
+def test_other_languages_and_random_letters_are_refused_unless_forced(packaged, caplog, text):
+    with pytest.raises(NeumatError, match="nothing is known") as error:
+        packaged.encode_texts([text])
+    assert "\n" not in str(error.value) and "--force" in str(error.value)
+    packaged.encode_texts([text], force=True)
     assert caplog.messages
 
 
+@pytest.mark.parametrize(
+    ("text", "part"),
+    [
+        ("plastic, not expensive", "may not be understood"),
+        ("red and blue metal", "contradicts itself in colour"),
+        ("red metal rouge roja lana", "rouge, roja"),
+    ],
+)
+def test_what_cannot_be_followed_is_told(packaged, caplog, text, part):
+    packaged.encode_texts([text])
+    assert any(part in line for line in caplog.messages), caplog.messages
+
+
 def test_plain_requests_are_not_commented_on(packaged, caplog):
-    packaged.encode_texts(["red metal", "shiny red plastic", "blue metal", "a matte blue paint", "Red metal!"])
+    packaged.encode_texts(
+        ["red metal", "shiny red plastic", "blue metal", "a matte blue paint", "Red metal!", "metal, not red"]
+    )
     assert not caplog.messages

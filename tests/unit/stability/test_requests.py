@@ -56,7 +56,7 @@ def bench(toy):
     base = make("hyperdiffusion", config | {"sigma_min": 0.1, "sigma_max": 20.0})
     base.fit(Dataset(weights, index, index % 6, index >= 0), seed=0)
     notes = {"encoder": "toy", "types": TYPES, "categories": list(CATEGORIES)}
-    notes |= {"guidance": dict.fromkeys(MODALITIES, 1.0), "candidates": 2}
+    notes |= {"guidance": dict.fromkeys(MODALITIES, 1.0), "candidates": 2, "things": []}
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(encoders.ENCODERS, "toy", toy)
         extra = for_requests(projection, said, weights, encoder.encode_image(seen)[:, None])
@@ -87,7 +87,7 @@ def test_what_is_expected_of_every_stress_happens(bench, check_stresses):
         ("image: tiny, 8 x 8", (photos, "SMALLEST"), 1),
         ("image: truncated", (ImageFile, "LOAD_TRUNCATED_IMAGES"), True),
         ("image: stored on its side (EXIF)", (image_files, "ORIENTATIONS"), {}),
-        ("text: nonsense", (synthesis, "FARTHEST"), -2.0),
+        ("text: nonsense, forced", (synthesis, "FARTHEST"), -2.0),
         ("text: 10,000 words", (text_input.logging, "warning"), lambda *_: None),
     ],
 )

@@ -1,0 +1,62 @@
+"""Which of many fields answer a request: what is seen of them, how well that fits, which ones are served."""
+
+from dataclasses import dataclass
+
+import torch
+
+from neumat.conditions.diversity import most_different
+from neumat.conditions.ranges import misfit
+
+CHOOSY = 4  # one in so many candidates is a good answer, of which different ones are served
+COLOUR = [0, 1, 2, 5, 6, 7]  # of a row of ranges: the ends of lightness, chroma and hue
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What requests are compared with, of candidates (r, m) or, for every request the same, (1, m): their positions
+    (.., 5) among `ranges.AXES`, embedded pictures and encoded descriptions, each (.., size)."""
+
+    positions: torch.Tensor
+    embedded: torch.Tensor
+    described: torch.Tensor
+
+    def view(self, *shape):
+        """Return the same with other leading dimensions."""
+        return Seen(*(part.view(*shape, part.shape[-1]) for part in (self.positions, self.embedded, self.described)))
+
+
+def fit(seen, asked, embedded, descriptions):
+    """Return how well (r, m) candidates answer r requests, the larger the better.
+
+    asked: {modality: rows (r, size), as encoded}, embedded: the same in the common space, see `Synthesiser`. Added up:
+    the cosines of pictures with text and image and those of descriptions with the text; less what is outside of the
+    ranges that the request wants, and one where all is within those that it denies.
+    """
+    score = sum((seen.embedded * embedded[name][:, None]).sum(2) for name in ("text", "image") if name in embedded)
+    if "text" in asked:
+        score = score + descriptions.match(seen.described, asked["text"])
+    if "wanted" in asked:
+        score = score - misfit(seen.positions, asked["wanted"][:, None])
+    if "avoided" in asked:
+        denied = asked["avoided"][:, None]
+        score = score - ((misfit(seen.positions, denied) == 0) & denied.isfinite().any(2)).float()
+    return score
+
+
+def choose(weights, score, n):
+    """Return n (r, n, 675) of fields (r, m, 675): of those whose score (r, m) is best (see CHOOSY), different ones."""
+    rows = torch.arange(len(weights))[:, None]
+    best = weights[rows, score.topk(max(n, weights.shape[1] // CHOOSY)).indices]
+    return best[rows, most_different(best, n)]
+
+
+def coloured(wanted):
+    """Return whether rows of ranges (..., SIZE) want a colour."""
+    return wanted[..., COLOUR].isfinite().any(-1)
+
+
+def off_colour(positions, wanted):
+    """Return how far (...,) positions (..., 5) are outside of the colours of ranges (..., SIZE), see `misfit`."""
+    colours = torch.full_like(wanted, float("nan"))
+    colours[..., COLOUR] = wanted[..., COLOUR]
+    return misfit(positions, colours)
