@@ -32,7 +32,7 @@ include: "workflow/rules/run.smk"
 rule all:
     default_target: True
     input:
-        TARGETS["all"],
+        lambda wildcards: targets("all"),
         "results/tables/run.csv",
 
 

@@ -61,12 +61,13 @@ def load_scene(path, schema):
     return layout
 
 
-def load_surface(path, schema):
+def load_surface(path, schema, made=frozenset):
     """Return the config of a surface's YAML file with the defaults of `schema` (a path) and of its process filled in,
     checked. That of a measured surface has the key `file` in place of `process`.
 
-    Raises NeumatError for a missing file, one that is no YAML, the first wrong key, a measured file that is missing,
-    and a material that is neither an embedded one nor a file.
+    made: a function that returns the names of the materials that a run makes. Raises NeumatError for a missing file,
+    one that is no YAML, the first wrong key, a measured file that is missing, and a material that is neither an
+    embedded one, nor a file, nor made.
     """
     config = _read_yaml(path, "a surface's YAML file")
     schema = json.loads(Path(schema).read_text(encoding="utf-8"))
@@ -80,8 +81,9 @@ def load_surface(path, schema):
         schema["properties"] |= schema["$defs"][process]["properties"]
     config = _checked(config, schema, path)
     for name in config["materials"]:
-        if name not in merl_checksums() and not Path(name).is_file():
-            raise NeumatError(f"{path}: key materials", "names of embedded materials, or files", repr(name))
+        if name not in merl_checksums() and not Path(name).is_file() and name not in made():
+            expected = "names of embedded, fitted or sampled materials, or files"
+            raise NeumatError(f"{path}: key materials", expected, repr(name))
     return config
 
 

@@ -110,9 +110,18 @@ def _ascending(key, pair, strict=False):
         raise NeumatError(f"config key {key}", "two ascending numbers", pair)
 
 
+def sample_count(config):
+    """Return how many materials the default diffusion model samples."""
+    return config["evaluate"]["draws"] * config["evaluate"]["set_size"]
+
+
+def made_materials(config, manifest):
+    """Return the names of all materials that a run makes: of the manifest, and sample-0 on."""
+    return {*manifest["name"], *(f"sample-{k}" for k in range(sample_count(config)))}
+
+
 def _check_scenes(config, manifest, folder, schema):
-    samples = config["evaluate"]["draws"] * config["evaluate"]["set_size"]
-    known = set(manifest["name"])
+    known = made_materials(config, manifest)
     for scene in config["scenes"]["names"]:
         path = folder / f"{scene}.yaml"
         if not path.is_file():
@@ -120,9 +129,7 @@ def _check_scenes(config, manifest, folder, schema):
         for name, item in load_scene(path, schema)["objects"].items():
             for material in item["materials"]:
                 ranked = re.fullmatch(r"(?:sources|samples)@(\d(?:\.\d+)?)", material)
-                sampled = re.fullmatch(r"sample-(\d+)", material)
-                there = (ranked and float(ranked[1]) <= 1) or (sampled and int(sampled[1]) < samples)
-                if not (there or material in known):
-                    of_model = f"sample-0 to sample-{samples - 1}, sources@<0..1> or samples@<0..1>"
+                if material not in known and not (ranked and float(ranked[1]) <= 1):
+                    of_model = f"sample-0 to sample-{sample_count(config) - 1}, sources@<0..1> or samples@<0..1>"
                     expected = f"the name of a source or blend, {of_model}"
                     raise NeumatError(f"{path}: key objects.{name}.materials", expected, repr(material))

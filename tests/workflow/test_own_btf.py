@@ -1,5 +1,8 @@
-"""The user's own measured BTF, from its file to the tables and figures of `btf`."""
+"""The user's own surfaces: a measured BTF, from its file to the tables and figures of `btf`, and materials of the run
+on facets; and machines on which no surface can be captured."""
 
+import os
+import re
 import subprocess
 
 import pandas as pd
@@ -11,6 +14,7 @@ from neumat.btf.bonn_writer import write_dfmf
 from neumat.btf.directions import grid, ubo2003_directions
 from neumat.btf.store import BtfStore, read_btf
 
+WANTED = ["results/btf/captures/mine/queries.h5", "results/btf/truth/mine-4x.h5"]
 TINY = """
 btf:
   surface: mine
@@ -76,3 +80,49 @@ def test_a_mistake_ends_in_one_line_before_anything_runs(folder, text, overlay, 
     )
     said = [line for line in done.stderr.splitlines() if words in line]
     assert done.returncode != 0 and said and "Traceback" not in done.stderr, done.stderr
+
+
+def test_facets_of_fitted_and_sampled_materials_wait_for_them(folder):
+    (folder / "a.binary").touch()
+    own = [f"process: {name}\nmaterials: [{', '.join(materials)}]\n" for name, materials in (
+        ("metal", ("blend-000@rbg", "brass")), ("metal", ("brass", "a.binary")), ("metal", ("sample-1", "blend-003")),
+    )]  # fmt: skip
+    inputs = []
+    for text in own:
+        surface(folder, text)
+        done = run(folder, "--dry-run", "--", *WANTED, overlays=(SMOKE, folder / "own.yaml"))
+        found = re.findall(r"rule btf_(?:shard|truth):\n    (?:input: (\S.*)\n)?", done.stdout + done.stderr)
+        assert len(found) > 1 and len(set(found)) == 1
+        inputs.append(set(found[0].split(", ")))
+    fitted, sampled = "results/neumerl/neumerl.h5", "results/samples/parity/hyperdiffusion.h5"
+    assert inputs == [{fitted}, {"a.binary"}, {fitted, sampled}]
+
+
+def test_a_material_that_the_run_does_not_make_is_refused(folder):
+    surface(folder, "process: metal\nmaterials: [brass, sample-99]\n")
+    overlays = (SMOKE, folder / "own.yaml")
+    done = subprocess.run(
+        command(folder, "--dry-run", "--", *WANTED, overlays=overlays), capture_output=True, text=True
+    )
+    assert done.returncode != 0 and "key materials" in done.stderr and "'sample-99'" in done.stderr
+
+
+# What is imported first by every Python: no LLVM is to be found.
+HIDDEN = """
+import ctypes.util, importlib.metadata
+files = importlib.metadata.files
+importlib.metadata.files = lambda name: [] if name == "karellen-llvm-core" else files(name)
+ctypes.util.find_library = lambda name: None
+"""
+
+
+@pytest.mark.skipif(torch.cuda.is_available(), reason="CUDA captures surfaces, too")
+def test_without_llvm_surfaces_are_left_out(tmp_path, monkeypatch):
+    (tmp_path / "hidden").mkdir()
+    (tmp_path / "hidden/sitecustomize.py").write_text(HIDDEN)
+    paths = [str(tmp_path / "hidden"), os.environ.get("PYTHONPATH", "")]
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, paths)))
+    monkeypatch.delenv("DRJIT_LIBLLVM_PATH", raising=False)
+    done = run(tmp_path, "--cores", "1", "--until", "sources", "--", "all")
+    assert (done.stdout + done.stderr).count("surfaces are left out of `all`") == 1
+    assert "surfaces are left out" not in run(tmp_path, "--dry-run", "--", "all").stderr

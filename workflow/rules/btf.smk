@@ -1,5 +1,7 @@
 # Surfaces are files of config/btf. What fits and tables take their values from is captured in sweeps, some in each job.
 rule btf_shard:
+    input:
+        lambda wildcards: facet_inputs(wildcards.surface),
     output:
         temp("results/btf/shards/{surface}/{capture}/{shard}-of-{shards}.h5"),
     log:
@@ -15,6 +17,7 @@ rule btf_shard:
     params:
         code=code("btf_shard"),
         surface=lambda wildcards: surface_of(wildcards.surface),
+        stores=lambda wildcards: facet_stores(wildcards.surface),
         settings=lambda wildcards: capture_settings(
             wildcards.capture, wildcards.surface
         ),
@@ -76,6 +79,8 @@ rule btf_capture:
 
 # A patch of the same surface that is larger than the exemplar: what synthesis should look like.
 rule btf_truth:
+    input:
+        lambda wildcards: facet_inputs(wildcards.surface),
     output:
         "results/btf/truth/{surface}-{extent}x.h5",
     log:
@@ -91,6 +96,7 @@ rule btf_truth:
     params:
         code=code("btf_truth"),
         surface=lambda wildcards: surface_of(wildcards.surface),
+        stores=lambda wildcards: facet_stores(wildcards.surface),
         settings=lambda wildcards: truth_settings(
             wildcards.surface, int(wildcards.extent)
         ),

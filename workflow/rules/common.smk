@@ -1,13 +1,17 @@
 """The checked configuration, and what the rules share."""
 
 import functools
+import os
 import re
+import subprocess
 import sys
 from hashlib import sha256
 from math import ceil
 from pathlib import Path
 
+from neumat.augment.manifest import draw_manifest
 from neumat.brdf.categories import CATEGORIES
+from neumat.brdf.published import merl_checksums
 from neumat.config import (
     fit_files,
     inception_file,
@@ -17,7 +21,13 @@ from neumat.config import (
     source_files,
     source_names,
 )
-from neumat.config_checks import check, chosen_folds, folder_contents, smaller_sets
+from neumat.config_checks import (
+    check,
+    chosen_folds,
+    folder_contents,
+    made_materials,
+    smaller_sets,
+)
 from neumat.errors import NeumatError
 from neumat.provenance import digest
 
@@ -114,8 +124,6 @@ TARGETS = {
         ),
         "results/tables/stability_conditional.csv",
         "results/tables/stability_render.csv",
-        f"results/btf/quality/{BTF['surface']}/ours.csv",
-        f"results/btf/figures/{BTF['surface']}-ours.png",
     ],
     "charts": [
         "results/charts/fit.csv",
@@ -164,6 +172,13 @@ TARGETS = {
 }
 
 
+# What `all` makes of the surface `btf.surface`.
+SURFACE = [
+    f"results/btf/quality/{BTF['surface']}/ours.csv",
+    f"results/btf/figures/{BTF['surface']}-ours.png",
+]
+
+
 scattergather:
     fit=SHARDS,
 
@@ -179,6 +194,32 @@ wildcard_constraints:
     extent=r"\d+",
     shard=r"\d+",
     shards=r"\d+",
+
+
+def targets(name):
+    """The files of a target."""
+    return TARGETS[name] + (SURFACE if name == "all" and can_capture() else [])
+
+
+@functools.cache
+def can_capture():
+    """Whether the files SURFACE are there or can be made; says so where they can't, for lack of LLVM and CUDA.
+
+    That takes seconds to find out, so a plan takes it for granted.
+    """
+    plan = workflow.executor_plugin is None or workflow.dryrun
+    if plan or is_measured(BTF["surface"]) or all(map(os.path.exists, SURFACE)):
+        return True
+    probe = "from neumat.render.variant import variant; print(variant())"
+    found = subprocess.run(
+        [sys.executable, "-c", probe], capture_output=True, text=True
+    )
+    if found.stdout.strip() != "scalar_rgb":
+        return True
+    sys.stderr.write(
+        "surfaces are left out of `all`: their capture needs LLVM or CUDA, and Mitsuba found neither\n"
+    )
+    return False
 
 
 def code(script):
@@ -267,6 +308,34 @@ def variant_of(name):
 
 
 @functools.cache
+def made():
+    """The names of all materials that a run makes."""
+    return made_materials(
+        config, draw_manifest(SOURCES, config["augment"], config["seed"])
+    )
+
+
+def facet_stores(surface):
+    """{material: the store with its field} of a surface's materials that are neither embedded nor files."""
+    return {
+        name: exported_store(name)
+        for name in surface_of(surface)["materials"]
+        if name not in merl_checksums() and not Path(name).is_file()
+    }
+
+
+def facet_inputs(surface):
+    """The stores and files that a surface's materials are read from."""
+    stores = facet_stores(surface)
+    names = [
+        name
+        for name in surface_of(surface)["materials"]
+        if name not in merl_checksums()
+    ]
+    return sorted({stores.get(name, name) for name in names})
+
+
+@functools.cache
 def surface_of(name):
     """The config of a surface, from config/btf where the run is, or where the workflow lies; its file is not an input,
     which would tie results to where the workflow lies."""
@@ -276,6 +345,7 @@ def surface_of(name):
         surface = load_surface(
             file if file.is_file() else Path(workflow.basedir, file),
             f"{workflow.basedir}/workflow/schemas/surface.schema.json",
+            made,
         )
     except NeumatError as error:
         sys.exit(str(error))

@@ -1,7 +1,7 @@
 # Wall time, CPU time and peak memory of every stage so far, written when all else of a target is done.
 rule run_table:
     input:
-        lambda wildcards: TARGETS[wildcards.target.lstrip("-") or "all"],
+        lambda wildcards: targets(wildcards.target.lstrip("-") or "all"),
     output:
         report(
             "results/tables/run{target,|-charts|-generalisation|-btf|-btf_all}.csv",

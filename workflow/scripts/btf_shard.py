@@ -14,4 +14,5 @@ with stage(snakemake):
         params.seed,
         snakemake.output[0],
         progress,
+        params.stores,
     )

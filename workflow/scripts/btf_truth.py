@@ -5,4 +5,5 @@ from neumat.stage import progress, stage
 
 with stage(snakemake):
     params, extent = snakemake.params, int(snakemake.wildcards.extent)
-    capture_truth(params.surface, params.settings, extent, params.seed, snakemake.output[0], progress)
+    out = snakemake.output[0]
+    capture_truth(params.surface, params.settings, extent, params.seed, out, progress, params.stores)

@@ -66,14 +66,14 @@ def _key(seed, *names):
     return seed_for(seed, *names) & 0xFFFFFFFF
 
 
-def _captured(surface, texels, width, parts, light, view, keys, samples, progress, quads=2, bounces=3, neumerl=None):
+def _captured(surface, texels, width, parts, light, view, keys, samples, progress, quads=2, bounces=3, stores=None):
     """Yield blocks of the parts, [(rows, columns)], of pictures that are `width` texels wide.
 
     light, view: (s, p, 3); keys: s integers; quads: of the relief, to a side of a texel; bounces: facets that a path
-    meets, 3 for direct and twice reflected light; neumerl: path of a NeuMERL store in which materials are looked for
-    first.
+    meets, 3 for direct and twice reflected light; stores: {material: path of the store that has its field}, for those
+    that are neither embedded nor files.
     """
-    facets = Facets([facet_material(name, neumerl) for name in surface.materials])
+    facets = Facets([facet_material(name, (stores or {}).get(name)) for name in surface.materials])
     margin = _margin(surface)
     tasks = []
     for rows, columns in parts:

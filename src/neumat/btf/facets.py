@@ -9,10 +9,10 @@ from neumat.brdf.coordinates import ENTRIES, above_horizon, grid_angles
 from neumat.brdf.embedded import embedded_names, embedded_table
 from neumat.brdf.table import Table
 from neumat.errors import NeumatError
+from neumat.export.materials import find_material
 from neumat.export.reading import READERS, read_material
 from neumat.fields.field import Field
 from neumat.fields.layout import widths_of
-from neumat.fields.store import read_neumerl
 
 
 def field_table(weights):
@@ -29,17 +29,14 @@ def _embedded(name):
     return Table(embedded_table(embedded_names().index(name)))
 
 
-def facet_material(name, neumerl=None):
+def facet_material(name, store=None):
     """Return the Table of a material.
 
-    name: of an embedded material; the path of a file that `export.read_material` reads; or, where the path of a NeuMERL
-    store is given as `neumerl`, of a material in it, which comes before an embedded one. Raises NeumatError for a name
-    that is none, and a bad file.
+    name: of an embedded material; the path of a file that `export.read_material` reads; or, where the path of a store
+    is given, of a field in it, see `export.find_material`. Raises NeumatError for a name that is none, and a bad file.
     """
-    if neumerl is not None:
-        store = read_neumerl(neumerl)
-        if name in store.names:
-            return field_table(store.weights[store.names.index(name)])
+    if store is not None:
+        return field_table(find_material(store, name))
     if name in embedded_names():
         return _embedded(name)
     if not name.lower().endswith(tuple(READERS)) and not Path(name).exists():

@@ -28,14 +28,14 @@ def capture_pairs(capture, settings, seed):
     return tuple(torch.cat(directions) for directions in zip(*groups, strict=True))
 
 
-def capture_shard(surface, capture, settings, shard, shards, seed, path, progress=iter):
+def capture_shard(surface, capture, settings, shard, shards, seed, path, progress=iter, stores=None):
     """Capture shard number `shard`, from 1, of `shards` of a capture of a surface into the store `path`.
 
     surface: its config; capture: "queries", "grid" or "held-out"; settings: of the config's section `btf.<capture>`,
-    with texels, quads and bounces.
+    with texels, quads and bounces; stores: {material: path of the store that has its field}.
     """
-    surface = Surface(surface)
-    texels, samples, options = settings["texels"], settings["samples"], {name: settings[name] for name in RELIEF}
+    surface, options = Surface(surface), {name: settings[name] for name in RELIEF} | {"stores": stores}
+    texels, samples = settings["texels"], settings["samples"]
     if capture == "queries":
         part = share(settings["sweeps"], shard - 1, shards)
         write_queries(path, surface, texels, part, settings["pairs"], samples, seed, progress, **options)
@@ -46,13 +46,14 @@ def capture_shard(surface, capture, settings, shard, shards, seed, path, progres
     write_pictures(path, surface, texels, light, view, samples, seed, progress=progress, **options)
 
 
-def capture_truth(surface, settings, extent, seed, path, progress=iter):
+def capture_truth(surface, settings, extent, seed, path, progress=iter, stores=None):
     """Capture pictures of a surface without period over `extent` exemplars along a side.
 
-    surface: its config; settings: pairs (rows of four angles, degrees), samples, texels, quads and bounces.
+    surface: its config; settings: pairs (rows of four angles, degrees), samples, texels, quads and bounces; stores: as
+    in `capture_shard`.
     """
     light, view = given_pairs(settings["pairs"])
-    options = {name: settings[name] for name in RELIEF}
+    options = {name: settings[name] for name in RELIEF} | {"stores": stores}
     surface = Surface(surface).infinite()
     texels, samples = settings["texels"], settings["samples"]
     write_pictures(path, surface, texels, light, view, samples, seed, extent, progress, **options)

@@ -3,6 +3,7 @@
 import math
 from pathlib import Path
 
+import h5py
 import pytest
 import torch
 
@@ -67,6 +68,15 @@ def test_flat_surface_gives_its_material_back(shape):
         # Read from a table on MERL's grid: 0.05 % in the mean, and 5 % at the edge of a highlight.
         error = (found - expected).abs() / (expected + 1e-3)
         assert error.mean() < 1e-3 and error.max() < 0.1
+
+
+def test_a_facet_may_be_a_field_of_a_store(shape, lambert, tmp_path):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["samples"] = lambert(0.2, 0.5).numpy()
+    surface = shape(materials=["sample-1"])
+    options = {"stores": {"sample-1": tmp_path / "a.h5"}}
+    found = concat(capture.capture_pictures(surface, 16, at(30)[0], at(50)[0], 1, 0, **options))
+    assert torch.allclose(found, torch.tensor(0.5 * math.cos(math.radians(30)) / math.pi), rtol=1e-3)
 
 
 def test_light_below_the_horizon_gives_black(shape, measure):

@@ -35,16 +35,15 @@ def test_table_and_field_are_read_from_files(tmp_path, angles, lambert):
     assert torch.allclose(found, Field(weights).eval(*angles), rtol=1e-4)
 
 
-def test_name_in_the_store_comes_first(tmp_path, angles, lambert):
-    name = embedded_names()[0]
+def test_field_of_a_store_is_found_by_its_name(tmp_path, angles, lambert):
     manifest = pd.DataFrame(
-        {"name": [name], "base": [0], "permutation": ["rgb"], "parent_a": [name], "parent_b": [name], "weight": [1.0]}
+        {"name": ["a"], "base": [0], "permutation": ["rgb"], "parent_a": ["a"], "parent_b": ["a"], "weight": [1.0]}
     )
     write_neumerl(tmp_path / "a.h5", manifest, lambert(0.5), {key: [0] for key in PER_MATERIAL}, {})
-    assert torch.allclose(
-        facet_material(name, tmp_path / "a.h5").eval(*angles), torch.tensor(0.5 / torch.pi), rtol=1e-4
-    )
-    assert not torch.allclose(facet_material(name).eval(*angles), torch.tensor(0.5 / torch.pi), rtol=1e-2)
+    found = facet_material("a", tmp_path / "a.h5").eval(*angles)
+    assert torch.allclose(found, torch.tensor(0.5 / torch.pi), rtol=1e-4)
+    with pytest.raises(NeumatError, match="b"):
+        facet_material("b", tmp_path / "a.h5")
 
 
 @pytest.mark.parametrize("name", ["no-such-material", "no/such/file.binary"])

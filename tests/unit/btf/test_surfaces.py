@@ -191,6 +191,13 @@ def test_a_material_may_be_a_file(tmp_path):
     assert load_surface(written(tmp_path, process="metal", materials=materials), SCHEMA)["materials"] == materials
 
 
+def test_a_material_may_be_one_that_the_run_makes(tmp_path):
+    path = written(tmp_path, process="metal", materials=["sample-7", "brass"])
+    assert load_surface(path, SCHEMA, lambda: {"sample-7"})["materials"] == ["sample-7", "brass"]
+    with pytest.raises(NeumatError, match="'sample-7'"):
+        load_surface(path, SCHEMA, lambda: {"sample-6"})
+
+
 @pytest.mark.parametrize(
     ("keys", "words"),
     [
@@ -208,7 +215,7 @@ def test_a_material_may_be_a_file(tmp_path):
         ({"process": "wood", "seed": -1}, "key seed: expected integer >= 0"),
         ({"process": "wood", "tileable": "yes"}, "key tileable: expected boolean"),
         ({"process": "metal", "materials": ["brass"]}, "key materials: expected array of string, 2 of them"),
-        ({"process": "metal", "materials": ["brass", "gold"]}, "key materials: expected names of embedded"),
+        ({"process": "metal", "materials": ["brass", "gold"]}, "key materials: expected names of embedded, fitted or"),
         ({"process": "metal", "materials": ["brass", 3]}, "key materials"),
     ],
 )

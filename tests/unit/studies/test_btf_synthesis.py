@@ -61,7 +61,7 @@ def fitted(tmp_path):
 
 def test_other_representations_are_compared_by_the_default_method(fitted, monkeypatch):
     monkeypatch.setattr(textures, "STATISTICS", {name: textures.STATISTICS[name] for name in NEAR})
-    monkeypatch.setattr(btf_synthesis, "STATISTICS", textures.STATISTICS)
+    monkeypatch.setattr(btf_synthesis, "ALL", (*NEAR, "seams"))
     rows = synthesis_table(*fitted, ["tiling", "linear"], "linear", 0)
     found = rows[rows["part"] == "report"].groupby("representation", sort=False)["method"].apply(list)
     assert found["ours"] == ["exemplar", "shuffled", "hard", "tiling", "linear"]
