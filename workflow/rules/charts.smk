@@ -28,7 +28,7 @@ rule chart_fit:
         runtime=180,
     params:
         code=code("chart_fit"),
-        fit=section("fit", "materials_per_job", "independent", "measured"),
+        fit=section("fit", "materials_per_job", "independent", "measured", "dense"),
         published=config["charts"]["published_samples"],
         materials=config["charts"]["fit_materials"],
         size=config["render"]["size"],

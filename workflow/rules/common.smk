@@ -68,6 +68,9 @@ FITTED = range(
     1 if config["fit"]["independent"] else 6,
 )
 SHARDS = ceil(len(FITTED) / config["fit"]["materials_per_job"])
+# Bases beyond the paper's; without any there is no such store.
+DENSE = "results/neumerl/dense.h5"
+DENSE_BASES = range(config["augment"]["dense"]["count"])
 FOLDS = [f"fold{k}" for k in chosen_folds(config["evaluate"]["folds"], len(SOURCES))]
 REPORTED = [
     f"fold{k}"
@@ -132,6 +135,7 @@ TARGETS = {
         "results/tables/ladder.csv",
         "results/charts/models.csv",
         "results/tables/text_ablation.csv",
+        *(["results/tables/dense.csv"] if DENSE_BASES else []),
     ],
     "generalisation": [
         "results/tables/generalisation.csv",
@@ -181,6 +185,7 @@ SURFACE = [
 
 scattergather:
     fit=SHARDS,
+    dense=max(1, ceil(len(DENSE_BASES) / config["fit"]["dense"]["bases_per_job"])),
 
 
 wildcard_constraints:
@@ -259,6 +264,13 @@ def hyperparameters_of(method):
     return given
 
 
+def dense_of(wildcards):
+    """The dense set, where there is one, for a method that is trained on it."""
+    wanted = DENSE_BASES and wildcards.method != "merl100"
+    wanted = wanted and hyperparameters_of(wildcards.method).get("dense")
+    return {"dense": DENSE} if wanted else {}
+
+
 def shard_indices(wildcards):
     """The materials that one shard fits."""
     shard, size = (
@@ -266,6 +278,15 @@ def shard_indices(wildcards):
         config["fit"]["materials_per_job"],
     )
     return list(FITTED[(shard - 1) * size : shard * size])
+
+
+def dense_shard_indices(wildcards):
+    """The dense bases that one shard fits."""
+    shard, size = (
+        int(wildcards.scatteritem.split("-")[0]),
+        config["fit"]["dense"]["bases_per_job"],
+    )
+    return list(DENSE_BASES[(shard - 1) * size : shard * size])
 
 
 def exported_store(material):

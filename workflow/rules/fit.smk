@@ -16,7 +16,7 @@ rule fit_first:
         runtime=10,
     params:
         code=code("fit_first"),
-        fit=section("fit", "materials_per_job", "independent", "measured"),
+        fit=section("fit", "materials_per_job", "independent", "measured", "dense"),
         seed=config["seed"],
     script:
         "../scripts/fit_first.py"
@@ -41,7 +41,7 @@ rule fit_shard:
         runtime=15,
     params:
         code=code("fit_shard"),
-        fit=section("fit", "materials_per_job", "measured"),
+        fit=section("fit", "materials_per_job", "measured", "dense"),
         indices=shard_indices,
         seed=config["seed"],
     script:
@@ -89,7 +89,7 @@ rule fit_measured:
         runtime=10,
     params:
         code=code("fit_measured"),
-        fit=section("fit", "materials_per_job", "independent", "measured"),
+        fit=section("fit", "materials_per_job", "independent", "measured", "dense"),
         size=config["render"]["size"],
         seed=config["seed"],
     script:

@@ -1,5 +1,6 @@
 rule train:
     input:
+        unpack(dense_of),
         neumerl=NEUMERL,
         manifest=MANIFEST,
         sources=SOURCES_STORE,

@@ -6,8 +6,9 @@ from neumat.stage import progress, stage
 
 with stage(snakemake):
     store, params, names = snakemake.input, snakemake.params, snakemake.wildcards
-    model = METHODS[names.method].from_config(dict(params.hyperparameters))
+    kind = METHODS[names.method]
+    model = kind.from_config(dict(params.hyperparameters))
     dataset = training_dataset(
-        store.neumerl, store.manifest, store.sources, names.protocol, params.components, METHODS[names.method]
+        store.neumerl, store.manifest, store.sources, names.protocol, params.components, kind, store.get("dense")
     )
     model.fit(dataset, params.seed, progress, params.checkpoint).save(snakemake.output[0])

@@ -5,34 +5,54 @@ import logging
 import numpy as np
 import torch
 
+from neumat.augment.dense import dense_indices
 from neumat.augment.manifest import protocol_indices, read_manifest
 from neumat.augment.pca import projection
 from neumat.augment.permutations import PERMUTATIONS, channel_order
 from neumat.brdf.sources import gram, read_sources
 from neumat.errors import NeumatError
+from neumat.fields.dense_store import read_dense_fields
+from neumat.fields.layout import permute_channels
 from neumat.fields.store import read_neumerl
 from neumat.generative.base import Dataset
 
 
-def training_dataset(neumerl, manifest, sources, protocol, components, model):
+def training_dataset(neumerl, manifest, sources, protocol, components, model, dense=None):
     """Return the Dataset of `protocol` for the class `model`: with coefficients and gram where it models tables.
 
-    neumerl, manifest, sources: paths. components: of the PCA space in which the blends were made.
+    neumerl, manifest, sources: paths. components: of the PCA space in which the blends were made. dense: path of the
+    store of dense fields, which join those of a model of weights; None for the materials of the manifest alone.
     """
-    rows, fitted = read_manifest(manifest), read_neumerl(neumerl)
-    train = training_indices(fitted, rows, protocol)
-    rows = rows.iloc[train]
+    manifest, fitted = read_manifest(manifest), read_neumerl(neumerl)
+    train = training_indices(fitted, manifest, protocol)
+    rows = manifest.iloc[train]
     weights = fitted.weights[torch.as_tensor(train)]
     permutation = rows["permutation"].map(PERMUTATIONS.index).to_numpy()
     is_source = (rows["parent_a"] == rows["parent_b"]).to_numpy()
     base = train // len(PERMUTATIONS)
     if model.kind == "weights":
-        return Dataset(weights, base, permutation, is_source)
+        dataset = Dataset(weights, base, permutation, is_source)
+        return dataset if dense is None else with_dense(dataset, read_dense_fields(dense), manifest, protocol)
     store = read_sources(sources)
     full = gram(store)
     table = coefficients(rows, store.names, projection(full, components)[0])
     products = full if model.stride == 1 else gram(store, model.stride)
     return Dataset(weights, base, permutation, is_source, table, products)
+
+
+def with_dense(dataset, fields, manifest, protocol):
+    """Return the Dataset with the DenseFields that `protocol` trains on, in the six orders of their channels, after it:
+    those of `dense_indices` whose fits have converged."""
+    train = dense_indices(fields.rows, manifest, protocol)
+    train = train[fields.fits["converged"][train]]
+    weights = fields.weights[torch.from_numpy(train)]
+    six = len(PERMUTATIONS)
+    return Dataset(
+        torch.cat([dataset.weights, *(permute_channels(weights, order) for order in PERMUTATIONS)]),
+        np.concatenate([dataset.base, len(manifest) // six + np.tile(train, six)]),
+        np.concatenate([dataset.permutation, np.repeat(np.arange(six), len(train))]),
+        np.concatenate([dataset.is_source, np.zeros(six * len(train), bool)]),
+    )
 
 
 def training_indices(fitted, rows, protocol):

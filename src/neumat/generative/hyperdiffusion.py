@@ -37,9 +37,9 @@ class HyperDiffusion(GenerativeModel):
     preconditioning: a name in PRECONDITIONINGS. noise: "lognormal" levels (log_mean, log_std), "loguniform" ones
     (sigma_min, sigma_max), both sampled at Karras's levels, or "linear", the mended 100-step beta schedule.
     sort: whether materials are learnt with their brightest channel first, and samples' channels permuted at random, see
-    `orders`. blend: largest weight of a second training material mixed into each example, in the coordinates. steps,
-    batch, lr, lr_end, warmup, ema, weight_decay, precision: see train. sampler: a name in SAMPLERS; nfe: evaluations of
-    the denoiser a sample.
+    `orders`. dense: whether the dense bases are trained on too: for who makes the dataset. blend: largest weight of a
+    second training material mixed into each example, in the coordinates. steps, batch, lr, lr_end, warmup, ema,
+    weight_decay, precision: see train. sampler: a name in SAMPLERS; nfe: evaluations of the denoiser a sample.
     """
 
     denoiser: str = "mlp"
@@ -54,6 +54,7 @@ class HyperDiffusion(GenerativeModel):
     sigma_min: float = 0.01
     sigma_max: float = 40.0
     sort: bool = False
+    dense: bool = False
     blend: float = 0.0
     steps: int = 5000
     batch: int = 512
