@@ -87,7 +87,8 @@ BTF_SECTIONS = (
     Section(
         "Rate of fits of surfaces",
         "Plain PyTorch (autograd, `embedding_bag`, Adam) and this project's training, in turns on one core; `loss` is "
-        "the mean absolute error at held-out directions after equal numbers of samples.",
+        "the mean absolute error at held-out directions after equal numbers of samples. `equal_loss_seconds`: the CPU "
+        "time of a whole fit that ends with the loss of plain PyTorch.",
         ("btf/tables/bench.csv",),
         MAKE,
         tables=(show("btf/tables/bench.csv"),),

@@ -5,6 +5,7 @@ autograd and updates everything by `torch.optim.Adam`. Planes, network, loss, sc
 rates are those that are best for it.
 """
 
+import math
 import time
 from dataclasses import dataclass
 
@@ -18,6 +19,7 @@ from neumat.btf.representations.variants import Ours
 from neumat.seeds import torch_generator
 
 BATCH = 1 << 14  # samples in a step
+SHORTEST = 8  # halvings of the samples of a fit
 
 
 @dataclass(kw_only=True)
@@ -78,7 +80,8 @@ def held_out_loss(fitted, held):
 
 
 def fit_bench(store, held, config, seed, rounds=2):
-    """Return a DataFrame with a row for each training: method, samples, cpu_seconds, samples_per_second, loss.
+    """Return a DataFrame with a row for each training: method, samples, cpu_seconds, samples_per_second, loss, and
+    equal_loss_seconds: CPU seconds to the loss that the usual way ends with, see `seconds_to_loss`.
 
     store: a BtfStore of queries; held: one of pictures at other directions, on which the loss is taken. config: of
     `Ours`. The two methods take turns, `rounds` times; rates are the best round's, each on as many cores as PyTorch has
@@ -87,12 +90,43 @@ def fit_bench(store, held, config, seed, rounds=2):
     found = {"naive": [], "ours": []}
     for k in range(rounds):
         for name, kind in (("naive", Naive), ("ours", Ours)):
-            start = time.process_time()
-            fitted = kind.from_config(config).fit(store, seed=f"{seed}/{k}")
-            found[name].append((time.process_time() - start, held_out_loss(fitted, held), fitted.samples))
-    rows = []
+            found[name].append(_timed(kind.from_config(config), store, held, f"{seed}/{k}"))
+    rows = {}
     for name, runs in found.items():
-        seconds, samples = min(run[0] for run in runs), runs[0][2]
-        loss = sum(run[1] for run in runs) / rounds
-        rows.append([name, samples, seconds, samples / seconds, loss])
-    return pd.DataFrame(rows, columns=["method", "samples", "cpu_seconds", "samples_per_second", "loss"])
+        seconds = min(run[0] for run in runs)
+        rows[name] = {"samples": runs[0][2], "cpu_seconds": seconds, "samples_per_second": runs[0][2] / seconds}
+        rows[name]["loss"] = sum(run[1] for run in runs) / rounds
+    usual, ours = rows["naive"], rows["ours"]
+    usual["equal_loss_seconds"] = usual["cpu_seconds"]
+    full = ours["cpu_seconds"], ours["loss"], ours["samples"]
+    ours["equal_loss_seconds"] = seconds_to_loss(
+        lambda samples: _timed(Ours.from_config(config | {"samples": samples}), store, held, f"{seed}/0"),
+        full,
+        usual["loss"],
+    )
+    return pd.DataFrame([{"method": name} | row for name, row in rows.items()])
+
+
+def seconds_to_loss(fit, full, loss):
+    """Return the seconds after which whole fits, each with a schedule of its own, reach `loss`; NaN where none does.
+
+    fit: samples -> (seconds, loss, samples); full: the same of the longest fit. Samples are halved until a fit misses
+    the loss, SHORTEST times at most; between the last two fits the logarithm of the seconds is interpolated linearly.
+    """
+    if not full[1] <= loss:
+        return math.nan
+    enough = full
+    for _ in range(SHORTEST):
+        short = fit(max(1, enough[2] // 2))
+        if not short[1] <= loss:
+            place = (short[1] - loss) / (short[1] - enough[1])
+            return short[0] * (enough[0] / short[0]) ** place
+        enough = short
+    return enough[0]
+
+
+def _timed(model, store, held, seed):
+    """Return (CPU seconds, held-out loss, samples) of the fit of a model."""
+    start = time.process_time()
+    fitted = model.fit(store, seed=seed)
+    return time.process_time() - start, held_out_loss(fitted, held), fitted.samples
