@@ -7,10 +7,10 @@ cases of synthesis in `stability.btf_synthesis`.
 from neumat.stability.btf_fits import fit_cases
 from neumat.stability.btf_inputs import input_cases
 from neumat.stability.btf_synthesis import synthesis_cases
-from neumat.stability.cases import case_table
+from neumat.stability.stress import stress_table
 
 
 def stability_table(bench, progress=iter):
-    """Return the `case_table` of a BtfBench."""
+    """Return the `stress_table` of a BtfBench."""
     synthesis = synthesis_cases(bench.ours.positional(), bench.seed, bench.queries)
-    return case_table([*fit_cases(bench), *input_cases(bench), *synthesis], bench.folder, progress)
+    return stress_table([*fit_cases(bench), *input_cases(bench), *synthesis], bench.folder, progress)

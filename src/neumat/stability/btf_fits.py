@@ -9,7 +9,7 @@ from neumat.btf.exposure import exposure
 from neumat.btf.synthesis import SYNTHESES
 from neumat.seeds import torch_generator
 from neumat.stability.btf_bench import CEILING, PATHS, accepted, all_values, at_texels, brightest, of_values
-from neumat.stability.cases import Case, refused, warned
+from neumat.stability.cases import case, refused, warned
 
 DARK = 1e-3
 TINY = 16  # texels along a side
@@ -21,7 +21,7 @@ NOISES = {0.05: 0.3, 0.5: 3.0}  # relative, of all values: what may be lost, dB
 
 
 def fit_cases(bench):
-    """Yield the Cases of the representations of a BtfBench."""
+    """Yield the stresses of the representations of a BtfBench."""
     yield from _materials(bench)
     yield from _captures(bench)
     yield from _features(bench)
@@ -41,7 +41,7 @@ def _materials(bench):
         yield warned(f"mirror: a surface of {material}", "no worse than the mean BRDF, not brighter than captured; "
                      "highlights are lost", "times the captured brightness", "`Representation.fit` warns",
                      lambda material=material: odd(bench.changed(material), 0.0))  # fmt: skip
-    yield Case(f"tiny exemplar, {TINY} x {TINY} texels", "finite, at least 1 dB above the mean BRDF, not brighter than "
+    yield case(f"tiny exemplar, {TINY} x {TINY} texels", "finite, at least 1 dB above the mean BRDF, not brighter than "
                "captured", CEILING, lambda: odd(bench.changed(), 1.0, TINY))  # fmt: skip
 
     def steep():
@@ -49,7 +49,7 @@ def _materials(bench):
         flat = bench.psnr(bench.ours)
         return f"{found}; {flat:.1f} dB at 1 x", right
 
-    yield Case(f"relief {STEEP} x, beyond what planes can follow", "finite, no worse than the mean BRDF, not brighter "
+    yield case(f"relief {STEEP} x, beyond what planes can follow", "finite, no worse than the mean BRDF, not brighter "
                "than captured", "the table of relief says what is lost", steep)  # fmt: skip
 
     def dark():
@@ -59,7 +59,7 @@ def _materials(bench):
             found > usual - 0.5
         )
 
-    yield Case(f"near black: all values times {DARK:g}", "relative errors as before, to 0.5 dB", "exposure is taken "
+    yield case(f"near black: all values times {DARK:g}", "relative errors as before, to 0.5 dB", "exposure is taken "
                "from the store; float16 holds 6e-8 / sr", dark)  # fmt: skip
     yield refused("a black capture", "is above 0", "`btf.exposure`",
                   lambda: accepted(bench.fitted(of_values(bench.base, 0 * all_values(bench.base)))))  # fmt: skip
@@ -74,7 +74,7 @@ def _materials(bench):
         off = (pictures / expected[:, None, None] - 1).abs().mean((1, 2, 3))
         return f"off by {off.mean():.1%}, at the worst pair {off.max():.1%}", off.mean().item() < 0.05
 
-    yield Case("one colour: a flat Lambertian surface", "its albedo over pi times the cosine of the light to 5 % in "
+    yield case("one colour: a flat Lambertian surface", "its albedo over pi times the cosine of the light to 5 % in "
                "the mean", "none needed", grey)  # fmt: skip
 
 
@@ -88,7 +88,7 @@ def _captures(bench):
         return found, pictures >= null and drawn >= pictures
 
     for side in (9, 5):
-        yield Case(f"few directions: {side**2} pictures, {side} views under {side} lights", "no worse than their mean "
+        yield case(f"few directions: {side**2} pictures, {side} views under {side} lights", "no worse than their mean "
                    "BRDF; random queries, as many values, no worse than pictures", "captures are of random queries",
                    lambda side=side: few(bench.grid(side), side**2))  # fmt: skip
 
@@ -99,10 +99,10 @@ def _captures(bench):
         found = f"{bench.psnr(few):.1f} dB, {MANY} paths {bench.psnr(many()):.1f} dB; mean {darker:.0%} of theirs, "
         return f"{found}{shown:.0%} as shown", bench.psnr(few) > bench.psnr(many()) - 2 and shown > least
 
-    yield Case(f"noisy captures: {PATHS} paths a value, {MANY // PATHS} times as many values", "at most 2 dB worse "
+    yield case(f"noisy captures: {PATHS} paths a value, {MANY // PATHS} times as many values", "at most 2 dB worse "
                f"than {MANY} paths; mean brightness as shown at least 85 % of theirs", "the default of captures",
                lambda: paths(bench.ours, 0.85))  # fmt: skip
-    yield Case(f"noisy captures: 1 path a value, {MANY} times as many values", f"at most 2 dB worse than {MANY} paths; "
+    yield case(f"noisy captures: 1 path a value, {MANY} times as many values", f"at most 2 dB worse than {MANY} paths; "
                "mean brightness as shown at least 60 % of theirs", f"captures take {PATHS} paths a value",
                lambda: paths(bench.fitted(bench.captured(paths=1)), 0.6))  # fmt: skip
 
@@ -113,7 +113,7 @@ def _captures(bench):
         return f"{found:.2f} dB, without {usual:.2f} dB", found > usual - most
 
     for share, most in NOISES.items():
-        yield Case(f"noise of {share:.0%} on all values", f"at most {most:g} dB worse", "features of a texel see "
+        yield case(f"noise of {share:.0%} on all values", f"at most {most:g} dB worse", "features of a texel see "
                    "all of its values", lambda share=share, most=most: noisy(share, most))  # fmt: skip
 
 
@@ -129,7 +129,7 @@ def _features(bench):
         found = f"8 bits {eight:.2f} dB, 6 bits {six:.2f} dB, 4 bits {four:.2f} dB, float16 {usual:.2f} dB"
         return found, eight > usual - 0.2
 
-    yield Case("plane of positions in 8 bits", "at most 0.2 dB worse", "range of every channel of its own", eight_bits)
+    yield case("plane of positions in 8 bits", "at most 0.2 dB worse", "range of every channel of its own", eight_bits)
 
     def batches():
         light, view = bench.random_pairs(bench.queries, math.radians(85))
@@ -143,7 +143,7 @@ def _features(bench):
         off /= whole.max().item()
         return f"at most {off:.1g} of the brightest", off < 1e-6
 
-    yield Case("order and size of the batch that is decoded", "the same to 1e-6 of the brightest", "none needed",
+    yield case("order and size of the batch that is decoded", "the same to 1e-6 of the brightest", "none needed",
                batches)  # fmt: skip
 
     def coloured(features):
@@ -164,7 +164,7 @@ def _features(bench):
 
     expectation = f"mean colours of the exemplar's pictures, as shown, to {COLOUR:.0%}; not brighter than captured"
     for name in SYNTHESES:
-        yield Case(f"colour of 1000 exemplars of synthesis: {name}", expectation, "features are cut to the exemplar's "
+        yield case(f"colour of 1000 exemplars of synthesis: {name}", expectation, "features are cut to the exemplar's "
                    "range", lambda name=name: synthesised(name))  # fmt: skip
 
     def from_afar(level):
@@ -172,7 +172,7 @@ def _features(bench):
 
     for level in (*AFAR, -1):
         side = f"{2**level} x {2**level}" if level > 0 else "all"
-        yield Case(f"colour from afar: features of a level of detail, {side} texels", expectation, "levels are trained "
+        yield case(f"colour from afar: features of a level of detail, {side} texels", expectation, "levels are trained "
                    "to decode to means of values", lambda level=level: from_afar(level))  # fmt: skip
 
 

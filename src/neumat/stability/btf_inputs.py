@@ -11,7 +11,7 @@ from neumat.btf.representations.registry import REPRESENTATIONS
 from neumat.btf.store import attributes, read_btf, write_btf
 from neumat.seeds import torch_generator
 from neumat.stability.btf_bench import CEILING, accepted, all_values, at_texels, brightest, of_values
-from neumat.stability.cases import Case, refused
+from neumat.stability.cases import case, refused
 
 VIEWS = (75, 80, 85, 89, 89.9)  # degrees; captures of random queries end at 85, measured BTFs at 75
 FEW = 4  # pictures at a view
@@ -20,7 +20,7 @@ HORIZON = "`Representation.eval`"
 
 
 def input_cases(bench):
-    """Yield the Cases of what the representations of a BtfBench may be asked and fitted to."""
+    """Yield the stresses of what the representations of a BtfBench may be asked and fitted to."""
     fitted = functools.cache(lambda name: bench.fitted(bench.grid(VIEWED), name))
     yield from _directions(bench, fitted)
     yield from _broken_features(bench, fitted)
@@ -55,13 +55,13 @@ def _directions(bench, fitted):
         found = ", ".join(f"{ratio:.2f}" for ratio in ratios)
         return f"{found} times as bright as captured", all(0.7 < ratio < 1.4 for ratio in ratios)
 
-    yield Case(f"views at {', '.join(map(str, VIEWS[:3]))} degrees beside captured ones", "mean brightness of pictures "
+    yield case(f"views at {', '.join(map(str, VIEWS[:3]))} degrees beside captured ones", "mean brightness of pictures "
                "as they are shown 0.7 to 1.4 times that of captured ones", "queries are captured up to 85 degrees",
                beside_captured)  # fmt: skip
-    yield Case(f"views at {asked} degrees: ours, queries up to 85", expectation, CEILING,
+    yield case(f"views at {asked} degrees: ours, queries up to 85", expectation, CEILING,
                lambda: grazing(bench.ours, bench.base))  # fmt: skip
     for name in REPRESENTATIONS:
-        yield Case(f"views at {asked} degrees: {name}, pictures up to 75", expectation, CEILING,
+        yield case(f"views at {asked} degrees: {name}, pictures up to 75", expectation, CEILING,
                    lambda name=name: grazing(fitted(name), bench.grid(VIEWED)))  # fmt: skip
 
     def dark(light, view):
@@ -73,9 +73,9 @@ def _directions(bench, fitted):
     )
     below[0] = torch.tensor([1.0, 0, 0])
     up = torch.tensor([[0.0, 0, 1]]).expand(bench.queries, 3)
-    yield Case("lights at and below the horizon", "exactly 0 for all representations", HORIZON,
+    yield case("lights at and below the horizon", "exactly 0 for all representations", HORIZON,
                lambda: dark(below, up))  # fmt: skip
-    yield Case("views at and below the horizon", "exactly 0 for all representations", HORIZON,
+    yield case("views at and below the horizon", "exactly 0 for all representations", HORIZON,
                lambda: dark(up, below))  # fmt: skip
 
     def one_nan():
@@ -90,7 +90,7 @@ def _directions(bench, fitted):
                 wrong.append(name)
         return f"otherwise in {', '.join(wrong) or 'none'} of {len(REPRESENTATIONS)}", not wrong
 
-    yield Case("NaN in the light of one query", "0 there, no other query changed, for all representations",
+    yield case("NaN in the light of one query", "0 there, no other query changed, for all representations",
                HORIZON, one_nan)  # fmt: skip
 
 
@@ -110,7 +110,7 @@ def _broken_features(bench, fitted):
 
     for factor in (1, 10):
         where = f"{factor} times the " if factor > 1 else ""
-        yield Case(f"features at {where}ends of their ranges", "finite, not brighter than captured, for all "
+        yield case(f"features at {where}ends of their ranges", "finite, not brighter than captured, for all "
                    "representations", CEILING, lambda factor=factor: wild(factor))  # fmt: skip
 
 

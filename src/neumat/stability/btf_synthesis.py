@@ -8,7 +8,7 @@ import torch
 from neumat.btf.synthesis import SYNTHESES
 from neumat.metrics.seams import seams
 from neumat.seeds import torch_generator
-from neumat.stability.cases import Case, refused
+from neumat.stability.cases import case, refused
 
 SEAM = 1.5  # mean step across borders over that elsewhere
 SIDE, WAVES = 64, 3  # of the exemplar that shows seams: texels along a side, and waves, at most
@@ -26,8 +26,8 @@ GUARDED = "synthesis.base.Synthesis"
 
 
 def synthesis_cases(plane, seed, points):
-    """Yield the Cases of all methods of SYNTHESES on a `plane` (H, W, c) of features that does not tile; `points`: how
-    many random positions are asked for."""
+    """Yield the stresses of all methods of SYNTHESES on a `plane` (H, W, c) of features that does not tile; `points`:
+    how many random positions are asked for."""
     bench = _Bench(plane, seed, points)
     yield from _seams(bench)
     yield from _odd_exemplars(bench)
@@ -81,7 +81,7 @@ def _seams(bench):
 
     for name in SYNTHESES:
         control = name == "tiling"
-        yield Case(f"exemplar that does not tile: {name}",
+        yield case(f"exemplar that does not tile: {name}",
                    f"mean step across the exemplar's borders {'above' if control else 'at most'} {SEAM:g} times that "
                    f"elsewhere{' (control: it must show)' if control else ''}",
                    "none: a null" if control else "patches keep inside an exemplar unless `tileable`",
@@ -91,7 +91,7 @@ def _seams(bench):
         corners = [torch.arange(step, EXTENT * SIDE - 1, step) for step in made("corner").steps]
         return across("corner", *(torch.cat([at, at + 1]) for at in corners))
 
-    yield Case("borders of corner tiles", f"mean step across them at most {SEAM:g} times that elsewhere", "tiles share "
+    yield case("borders of corner tiles", f"mean step across them at most {SEAM:g} times that elsewhere", "tiles share "
                "the samples on their borders", tiles)  # fmt: skip
 
     def cut(name):
@@ -102,7 +102,7 @@ def _seams(bench):
     most = FITTED * _largest_steps(_shuffled(plane, bench.seed)) / own
     for name in SYNTHESES:
         if name != "tiling":
-            yield Case(f"seams in a smooth exemplar, where nothing hides them: {name}", "the largest of 1000 steps "
+            yield case(f"seams in a smooth exemplar, where nothing hides them: {name}", "the largest of 1000 steps "
                        f"between texels at most {most:.2f} times the exemplar's: {FITTED:g} times what blocks of "
                        f"{BLOCK} x {BLOCK} texels that are not fitted show", "patches are blended, or cut along least "
                        "errors", lambda name=name: cut(name))  # fmt: skip
@@ -157,9 +157,9 @@ def _odd_exemplars(bench):
             features.isfinite().all()
         ) and beyond <= OVERSHOOT * reference
 
-    for case, plane in exemplars.items():
+    for kind, plane in exemplars.items():
         for name in SYNTHESES:
-            yield Case(f"{case}: {name}", f"finite, beyond the exemplar's features by at most {OVERSHOOT:g} of their "
+            yield case(f"{kind}: {name}", f"finite, beyond the exemplar's features by at most {OVERSHOOT:g} of their "
                        "range", "blends are cut to the exemplar's range",
                        lambda name=name, plane=plane: within(name, plane))  # fmt: skip
 
@@ -172,7 +172,7 @@ def _odd_exemplars(bench):
         return f"{place:.3f}, exemplar {share:.3f}", abs(place - share) < SHARE
 
     for name in (name for name in SYNTHESES if hasattr(bench.made(name), "gaussian")):
-        yield Case(f"share of the second of two colours: {name}", f"within {SHARE:g} of the exemplar's",
+        yield case(f"share of the second of two colours: {name}", f"within {SHARE:g} of the exemplar's",
                    "ranks count texels by how often they appear, and equal values by their surroundings",
                    lambda name=name: shares(name))  # fmt: skip
 
@@ -204,9 +204,9 @@ def _places(bench):
         return f"at most {worst:.1%}", worst < 0.1
 
     for place in PLACES:
-        yield Case(f"u about {place:g}", "for all methods the bits that an integer cell and a fraction give",
+        yield case(f"u about {place:g}", "for all methods the bits that an integer cell and a fraction give",
                    "choices hash integers, float64 positions", lambda place=place: same(place))  # fmt: skip
-        yield Case(f"spread of features about u = {place:g}", "standard deviations of all channels within 10 % of "
+        yield case(f"spread of features about u = {place:g}", "standard deviations of all channels within 10 % of "
                    "those about 0", "choices hash integers", lambda place=place: alike(place))  # fmt: skip
 
     def odd(value):
@@ -222,7 +222,7 @@ def _places(bench):
         return f"otherwise in {', '.join(wrong) or 'none'} of {len(SYNTHESES)}", not wrong
 
     for value in (math.nan, math.inf, 1e300):
-        yield Case(f"u is {value:g} in one query of 8", "NaN there, no other query changed, for all methods", GUARDED,
+        yield case(f"u is {value:g} in one query of 8", "NaN there, no other query changed, for all methods", GUARDED,
                    lambda value=value: odd(value))  # fmt: skip
 
     def odd_level(value, expected):
@@ -238,7 +238,7 @@ def _places(bench):
         return f"otherwise in {', '.join(wrong) or 'none'} of {len(SYNTHESES)}", not wrong
 
     for value, what, expected in ((math.inf, "the mean", 50.0), (-math.inf, "level 0", 0.0), (math.nan, "NaN", None)):
-        yield Case(f"level of detail {value} in one query of 8", f"{what} there, no other query changed, for all "
+        yield case(f"level of detail {value} in one query of 8", f"{what} there, no other query changed, for all "
                    "methods", GUARDED, lambda value=value, expected=expected: odd_level(value, expected))  # fmt: skip
 
 
@@ -257,7 +257,7 @@ def _batches(bench):
                 wrong.append(name)
         return f"other bits in {', '.join(wrong) or 'none'} of {len(SYNTHESES)}", not wrong
 
-    yield Case("order and size of the batch, fractional levels", "the same bits for all methods",
+    yield case("order and size of the batch, fractional levels", "the same bits for all methods",
                "sums of fixed order, no products of matrices", same)  # fmt: skip
 
 
@@ -271,6 +271,6 @@ def _levels(bench):
 
     bars = {name: LEVEL if method.dynamic else STORED for name, method in SYNTHESES.items()}
     for name in SYNTHESES:
-        yield Case(f"{FAR} exemplars under a pixel: {name}", "every feature within "
+        yield case(f"{FAR} exemplars under a pixel: {name}", "every feature within "
                    f"{bars[name]:g} standard deviations of the exemplar's mean", "prefiltered planes, a table a level",
                    lambda name=name: mean(name))  # fmt: skip

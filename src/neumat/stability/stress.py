@@ -27,13 +27,15 @@ class Answer(NamedTuple):
 @dataclass(frozen=True)
 class Stress:
     """name; expected, in words; guards: those of which one must catch it; run() -> Answer, or a NeumatError; part: what
-    the message of a refusal or warning must say."""
+    the message of a refusal or warning must say; protection: what in the code guards users, in words, which tables then
+    show in place of what caught it."""
 
     name: str
     expected: str
     guards: tuple
     run: Callable
     part: str = ""
+    protection: str = ""
 
 
 def refused(name, part, run):
@@ -45,8 +47,8 @@ def stress_table(stresses, folder, progress=iter):
     """Return a DataFrame with a row for each Stress.
 
     stress; expected and found, in words; guard, what caught it: "refused" or "warned" in one line, "none needed", or
-    "none", where there was need; ok, whether what was expected happened. The path of `folder`, in which the stresses
-    keep their files, is left out.
+    "none", where there was need; or what protects users, where a Stress says so; ok, whether what was expected
+    happened. The path of `folder`, in which the stresses keep their files, is left out.
     """
     return pd.DataFrame([stressed(stress, folder) for stress in progress([*stresses])], columns=COLUMNS)
 
@@ -57,7 +59,8 @@ def stressed(stress, folder):
     ok = bool(right and guard in stress.guards and stress.part in found)
     if not ok and guard not in (REFUSED, WARNED):
         guard = NONE
-    return stress.name, stress.expected, shorten(found.replace(f"{folder}/", ""), LONGEST), guard, ok
+    found = shorten(found.replace(f"{folder}/", ""), LONGEST)
+    return stress.name, stress.expected, found, stress.protection or guard, ok
 
 
 def attempt(run):

@@ -16,7 +16,8 @@ from neumat.seeds import torch_generator
 from neumat.stability.btf_bench import BtfBench
 from neumat.stability.btf_inputs import input_cases
 from neumat.stability.btf_synthesis import synthesis_cases
-from neumat.stability.cases import COLUMNS, Case, case_table, refused, tried, warned
+from neumat.stability.cases import case, refused, warned
+from neumat.stability.stress import COLUMNS, stress_table, stressed
 
 ROOT = Path(__file__).parents[3]
 
@@ -37,8 +38,8 @@ def bench(tmp_path_factory):
 
 
 def rows(cases, part):
-    """Return the rows {name: (result, passed)} of the cases whose name contains `part`."""
-    found = [tried(case, "/none") for case in cases if part in case.name]
+    """Return the rows {name: (found, ok)} of the stresses whose name contains `part`."""
+    found = [stressed(each, "/none") for each in cases if part in each.name]
     assert found
     return {name: (result, passed) for name, _, result, _, passed in found}
 
@@ -55,25 +56,26 @@ def test_a_row_says_what_happened():
         return "found", True
 
     cases = [
-        Case("right", "e", "g", lambda: ("found", True)),
-        Case("wrong", "e", "g", lambda: ("found", False)),
+        case("right", "e", "g", lambda: ("found", True)),
+        case("wrong", "e", "g", lambda: ("found", False)),
         refused("refused", "two", "g", refuse),
         refused("refused for another reason", "three", "g", refuse),
         refused("not refused", "two", "g", lambda: ("two", True)),
-        Case("refused without need", "e", "g", refuse),
-        Case("crash", "e", "g", broken),
+        case("refused without need", "e", "g", refuse),
+        case("crash", "e", "g", broken),
         warned("warned", "e", "careful", "g", warn),
         warned("not warned", "e", "found", "g", lambda: ("found", True)),
-        Case("warned without need", "e", "g", warn),
+        case("warned without need", "e", "g", warn),
     ]
-    table = case_table(cases, "folder")
+    table = stress_table(cases, "folder")
     assert list(table.columns) == COLUMNS
-    assert table["passed"].tolist() == [True, False, True, False, False, False, False, True, False, True]
-    assert table["result"].iloc[6] == "ValueError: of no one's"
+    assert table["ok"].tolist() == [True, False, True, False, False, False, False, True, False, True]
+    assert set(table["guard"]) == {"g"}
+    assert table["found"].iloc[6] == "ValueError: of no one's"
 
 
 def test_every_method_of_synthesis_has_its_rows(plane):
-    names = [case.name for case in synthesis_cases(plane, 0, 64)]
+    names = [each.name for each in synthesis_cases(plane, 0, 64)]
     assert len(names) == len(set(names))
     for method in SYNTHESES:
         assert sum(name.endswith(f": {method}") for name in names) >= 7
