@@ -1,4 +1,4 @@
-"""Planes of features (H, W, c): bilinear fetches, weighted sums of fetches, and prefiltered levels of detail.
+"""Planes of features (H, W, c): bilinear fetches, weighted sums of fetches, and levels of detail.
 
 A plane covers the unit square: texel (i, j) has its centre at ((j + 1/2) / W, (i + 1/2) / H).
 """
@@ -40,6 +40,24 @@ def prefilter(plane):
     while levels[-1].shape[:2] != (1, 1):
         levels.append(_halved(_halved(levels[-1]).transpose(0, 1)).transpose(0, 1).contiguous())
     return [plane, *(level + base for level in levels[1:])]
+
+
+def level_sizes(height, width):
+    """Return the sizes [(height, width), ..., (1, 1)] of the levels of detail of a plane."""
+    top = max(height - 1, width - 1).bit_length()
+    return [(-(-height // 2**k), -(-width // 2**k)) for k in range(top + 1)]
+
+
+def means(plane):
+    """Return the texels (n, c) of all levels of detail of a `plane` (H, W, c) below the first, level by level."""
+    return torch.cat([plane.new_empty(0, plane.shape[2]), *(level.flatten(0, 1) for level in prefilter(plane)[1:])])
+
+
+def in_levels(rows, size):
+    """Return texels (n, c), in the order of `means`, as the levels of a plane of `size` (H, W), without the first."""
+    sizes = level_sizes(*size)[1:]
+    parts = rows.split([height * width for height, width in sizes])
+    return [part.reshape(*one, -1) for part, one in zip(parts, sizes, strict=True)]
 
 
 def _taps(u, size, wrap):

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 import torch
 
 from neumat.btf.planes import prefilter
+from neumat.btf.representations.storage import unpacked
 from neumat.configured import Configured
 from neumat.generative.base import read_checkpoint, write_checkpoint
 
@@ -61,8 +62,8 @@ class Representation(Configured, abc.ABC):
 
     @property
     def bytes(self):
-        """The number of bytes of all that is stored but for levels of detail, which add a third of the plane's whatever
-        the representation is: those of some are made when they are needed."""
+        """The number of bytes of all that is stored but for levels of detail, a third of the plane's for every
+        representation."""
         return sum(
             tensor.numel() * tensor.element_size()
             for name, tensor in self.state.items()
@@ -77,9 +78,13 @@ class Representation(Configured, abc.ABC):
         """Return the levels of detail of the plane, float32: itself, (ceil(H / 2), ceil(W / 2), c), and so on to
         (1, 1, c). A texel of a level decodes to the mean of what the texels under it decode to, exactly or nearly so.
 
-        Here: means of features, exact where values are linear in them.
+        Those that `state` has by the names level1, level2, ...; if none, means of features, exact where values are
+        linear in them.
         """
-        return prefilter(self.positional())
+        names = [f"level{k}" for k in range(1, len(self.state)) if f"level{k}" in self.state]
+        if not names:
+            return prefilter(self.positional())
+        return [self.positional(), *(unpacked(name, self.state) for name in names)]
 
     @abc.abstractmethod
     def _fit(self, store, seed, progress): ...

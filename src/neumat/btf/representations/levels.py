@@ -1,13 +1,14 @@
 """Levels of detail of a plane, trained beside it: a texel decodes to the mean of what the texels under it decode to.
 
-The mean of their features does not: the network is not linear. On a captured leather, weave and metal the colour of a
-texel over the whole exemplar would be off by 24 to 50 %. Nor can features alone mend that if the network has never
-seen a mean, so that it learns levels, too, in the second half of a fit.
+The mean of their features does not, as the network is not linear: on captured leather, weave and metal, 64 x 64 texels,
+the colour of the whole exemplar is off by 25 to 50 %. Features alone cannot mend that: with the network as it is, the
+best are off by 16 to 50 %. So the network learns levels, too, in the second half of a fit: 8 to 21 % after 16 million
+samples, which cost 14 % more time and no accuracy.
 """
 
 import torch
 
-from neumat.btf.planes import prefilter
+from neumat.btf.planes import in_levels, means
 from neumat.btf.representations.network import forward, gradients
 from neumat.fields.optimisers import Adam
 
@@ -43,11 +44,8 @@ class Levels:
 
     def planes(self):
         """Return the levels [(ceil(H / 2), ceil(W / 2), c), ..., (1, 1, c)]."""
-        shapes = [level.shape[:2] for level in prefilter(torch.empty(*self.size, 1))[1:]]
-        rows = self.texels.T.split([height * width for height, width in shapes])
-        return [each.reshape(*shape, -1) for each, shape in zip(rows, shapes, strict=True)]
+        return in_levels(self.texels.T, self.size)
 
     def _means(self, rows):
         """Return the means (c, n) of `rows` (c, H W) over the texels of all levels."""
-        levels = prefilter(rows.T.reshape(*self.size, -1))[1:]
-        return torch.cat([level.flatten(0, 1) for level in levels]).T.contiguous()
+        return means(rows.T.reshape(*self.size, -1)).T.contiguous()

@@ -18,6 +18,10 @@ QUERIES = 1 << 12  # values evaluated at a time
 class Linear(Representation):
     """curve: of the `Encoding` in which the expansion is linear; 0, as published, takes the values themselves.
 
+    Levels of detail are means of features: exact for a curve of 0. With 6 their colours are off by 3 to 9 % on captured
+    surfaces, by 26 % at worst (spherical harmonics of metal over the whole exemplar). Expansions fitted to means of
+    pictures are off by more: a fit loses highlights, which means keep.
+
     On captured surfaces 6 is far better than 0 where they are glossy (FLIP of PCA on metal .41 against .72), and a
     little worse where they are matte (weave .31 against .27).
     """

@@ -53,10 +53,6 @@ class Neural(Representation):
         """Return the plane (H, W, channels) float32."""
         return unpacked("positional", self.state)
 
-    def levels(self):
-        names = [f"level{k}" for k in range(1, len(self.state)) if f"level{k}" in self.state]
-        return [self.positional(), *(unpacked(name, self.state) for name in names)] if names else super().levels()
-
     def directional(self):
         """Return the planes of directions [(side, side, features)], float32."""
         return [plane.view(self.side, self.side, self.features) for plane in self._directional()]
@@ -81,7 +77,7 @@ class Neural(Representation):
         least, best = math.inf, None
         for slower in SLOWER:
             gentle = replace(self, rate=self.rate / slower, texel_rate=self.texel_rate / slower)
-            levels = Levels(size, encoding) if self.channels and max(size) > 1 else None
+            levels = Levels(size, encoding) if self.channels else None
             start = f"{seed}/{slower}"
             fitted = train(gentle, self.parametrise, source, rows_of_pairs(store), start, progress, levels)
             found, constant = errors(self, self.parametrise, next(source), *fitted)

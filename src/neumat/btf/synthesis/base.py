@@ -1,10 +1,8 @@
 """The contract of all synthesis methods: features of an endless plane, at any position that is asked for."""
 
-import math
-
 import torch
 
-from neumat.btf.planes import prefilter
+from neumat.btf.planes import level_sizes, prefilter
 from neumat.errors import NeumatError
 
 CHUNK = 1 << 15  # queries at a time: what they need stays in a core's cache
@@ -38,11 +36,10 @@ class Synthesis:
             raise NeumatError("synthesis", "a plane of finite features", "NaN or infinite ones")
         self.height, self.width, self.channels = plane.shape
         self.seed, self.tileable = seed, tileable
-        self.top = math.ceil(math.log2(max(self.height, self.width)))  # the level at which the exemplar is one texel
+        self.top = len(self.exemplar) - 1  # the level at which the exemplar is one texel
         self.stored = []
         shapes = [tuple(level.shape) for level in self.exemplar]
-        halves = [2**k for k in range(self.top + 1)]
-        expected = [(-(-self.height // half), -(-self.width // half), self.channels) for half in halves]
+        expected = [(*size, self.channels) for size in level_sizes(self.height, self.width)]
         if shapes != expected:
             raise NeumatError("synthesis", f"levels of detail of shapes {expected}", shapes)
 
