@@ -3,7 +3,7 @@ PYTHON ?= python3.11
 SNAKEMAKE = .venv/bin/snakemake
 STAMP = .venv/installed
 
-.PHONY: all report charts generalisation btf btf_all smoke test test-package test-workflow lint embedded readme config-table
+.PHONY: all report charts generalisation btf btf_all packaged smoke test test-package test-workflow lint embedded readme config-table
 
 all: $(STAMP)
 	$(SNAKEMAKE)
@@ -47,6 +47,12 @@ embedded: $(STAMP)
 # docs/results.md, the pictures of docs/ and the README's headline figures, from the run in results/.
 readme: $(STAMP)
 	.venv/bin/python -m neumat.reporting.docs results docs
+
+# The model that comes with the package, and its data card, into the package and docs/.
+packaged: $(STAMP)
+	$(SNAKEMAKE) packaged
+	cp results/packaged/model.safetensors results/packaged/model.md src/neumat/data/
+	cp results/packaged/model.md docs/model.md
 
 config-table: $(STAMP)
 	.venv/bin/python -m neumat.config workflow/schemas/config.schema.json > config/README.md

@@ -22,6 +22,7 @@ include: "workflow/rules/coverage.smk"
 include: "workflow/rules/render.smk"
 include: "workflow/rules/conditional.smk"
 include: "workflow/rules/constrained.smk"
+include: "workflow/rules/packaged.smk"
 include: "workflow/rules/scenes.smk"
 include: "workflow/rules/stability.smk"
 include: "workflow/rules/export.smk"
@@ -61,6 +62,11 @@ rule btf_all:
         "results/tables/run-btf_all.csv",
 
 
+rule packaged:
+    input:
+        TARGETS["packaged"],
+
+
 # Every rule of the targets, and one export in each format; meant for config/smoke.yaml.
 rule smoke:
     input:
@@ -69,5 +75,6 @@ rule smoke:
         rules.generalisation.input,
         rules.btf.input,
         rules.btf_all.input,
+        TARGETS["packaged"],
         TARGETS["export"],
         expand("results/scenes/preview/{scene}.png", scene=config["scenes"]["names"]),

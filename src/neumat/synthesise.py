@@ -7,7 +7,6 @@ from pathlib import Path
 
 from neumat.errors import NeumatError
 
-MODEL = "results/conditional/model.safetensors"
 REQUESTS = ("type", "category", "text", "image", "colour")
 SHOWN, COLUMNS, PIXELS = 60, 6, 256  # rows and columns of the preview, pixels of each material
 
@@ -37,7 +36,7 @@ def parser():
         "was tuned: by default 16)",
     )
     made.add_argument("--seed", type=int, default=0, help="another seed gives other materials (0)")
-    made.add_argument("--model", type=Path, default=Path(MODEL), help=f"the trained model ({MODEL})")
+    made.add_argument("--model", type=Path, help="a trained model (the one that comes with neumat)")
     made.add_argument("--output", type=Path, default=Path("materials"), help="folder for what is made (materials)")
     made.add_argument("--preview", type=Path, help="the picture of what is made (preview.png in that folder)")
     made.add_argument("--merl", action="store_true", help="write each as a MERL .binary file too (33 MB)")

@@ -169,6 +169,10 @@ TARGETS = {
             ],
         ),
     ],
+    "packaged": [
+        "results/packaged/model.safetensors",
+        "results/packaged/model.md",
+    ],
     "export": [
         "results/export/safetensors/sample-0",
         *expand("results/export/{format}/blend-000@rbg", format=FORMATS),
@@ -189,7 +193,7 @@ scattergather:
 
 
 wildcard_constraints:
-    protocol=r"parity|grouped|fold\d+",
+    protocol=r"parity|grouped|everything|fold\d+",
     method="[a-z0-9-]+",
     category="|".join(CATEGORIES),
     scene="[^/]+",

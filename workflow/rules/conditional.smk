@@ -51,6 +51,7 @@ rule projection:
         runtime=10,
     params:
         code=code("projection"),
+        protocol="parity",
         projection=lambda wildcards: projection_of(wildcards.power),
         seed=config["seed"],
     script:
@@ -79,6 +80,7 @@ rule tune:
         runtime=45,
     params:
         code=code("tune"),
+        protocol="parity",
         tuning=config["conditional"]["tuning"],
         rules=config["constrained"]["rules"],
         sampling={

@@ -11,7 +11,7 @@ from neumat.stage import progress, stage
 with stage(snakemake):
     params = snakemake.params
     conditions = read_conditions(snakemake.input.conditions)
-    train, _ = protocol_indices(read_manifest(snakemake.input.manifest), "parity")
+    train, _ = protocol_indices(read_manifest(snakemake.input.manifest), params.protocol)
     projection = Projection.fit(
         conditions.encoder, conditions.text[train], conditions.image[train], **params.projection,
         seed=params.seed, progress=progress,

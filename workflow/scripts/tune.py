@@ -8,7 +8,7 @@ with stage(snakemake):
     params = snakemake.params
     served = dict(params.served) | {"things": packed(read_things(config_file(snakemake, "things.tsv")))}
     model = tune(
-        dict(snakemake.input), dict(params.tuning), params.rules, params.sampling, served, params.seed, progress,
-        params.checkpoint,
+        dict(snakemake.input), params.protocol, dict(params.tuning), params.rules, params.sampling, served,
+        params.seed, progress, params.checkpoint,
     )  # fmt: skip
     model.save(snakemake.output[0])

@@ -85,10 +85,13 @@ def protocol_indices(manifest, protocol):
     """Return (train, reference), indices of the materials that `protocol` trains on and compares with.
 
     "parity": the random split. "grouped": the split by source material. "fold0", "fold1", ...: reference = the
-    fold's source materials in all permutations, train = everything that has no parent among them.
+    fold's source materials in all permutations, train = everything that has no parent among them. "everything": train =
+    all, and none to compare with: what is trained on it has no figures of its own.
     Raises NeumatError for any other protocol.
     """
     held = held_out_sources(manifest, protocol)
+    if protocol == "everything":
+        return np.arange(len(manifest)), np.arange(0)
     if protocol in ("parity", "grouped"):
         test = (manifest["random" if protocol == "parity" else "grouped"] == "test").to_numpy()
         return np.flatnonzero(~test), np.flatnonzero(test)
@@ -97,17 +100,17 @@ def protocol_indices(manifest, protocol):
 
 
 def held_out_sources(manifest, protocol):
-    """Return the set of names of the sources that `protocol` trains on no relative of; empty for "parity", which holds
-    materials out without regard to descent.
+    """Return the set of names of the sources that `protocol` trains on no relative of; empty for "everything", and for
+    "parity", which holds materials out without regard to descent.
 
     Raises NeumatError for an unknown protocol.
     """
     sources = source_rows(manifest)
     folds = [f"fold{k}" for k in sorted(set(sources["fold"]))]
-    if protocol == "parity":
+    if protocol in ("parity", "everything"):
         return set()
     if protocol == "grouped":
         return set(sources["base"][sources["grouped"] == "test"])
     if protocol not in folds:
-        raise NeumatError("protocol", f"parity, grouped or one of {', '.join(folds)}", repr(protocol))
+        raise NeumatError("protocol", f"parity, grouped, everything or one of {', '.join(folds)}", repr(protocol))
     return set(sources["base"][sources["fold"] == folds.index(protocol)])

@@ -4,12 +4,14 @@ import functools
 import logging
 
 import torch
+from torch.nn.functional import normalize
 
 from neumat.conditions.appearance import AppearanceRegression, rendered_appearance
 from neumat.conditions.choice import COLOUR, Seen, choose, coloured, fit, off_colour
 from neumat.conditions.colour_names import read_colour
 from neumat.conditions.descriptions import Descriptions
 from neumat.conditions.encoders import encoder_of
+from neumat.conditions.packaged import packaged_model
 from neumat.conditions.photos import SPHERE, check_picture, read_photo
 from neumat.conditions.projection import Projection
 from neumat.conditions.ranges import STEP, colour_row, colours_within, linear_rgb, row, seen
@@ -56,7 +58,7 @@ class Synthesiser:
         self.types, self.categories = model.notes["types"], model.notes["categories"]
         self.guidance, self.candidates = model.notes["guidance"], model.notes["candidates"]
         extra = dict(model.extra)
-        self.captions = extra.pop("captions").float()
+        self.captions = normalize(extra.pop("captions").float())
         self.descriptions = Descriptions(extra.pop("descriptions"))
         positions, orders = extra.pop("positions").long(), extra.pop("orders").long()
         self.weights = reorder(extra.pop("fields")[positions], orders)
@@ -81,8 +83,10 @@ class Synthesiser:
         return Vocabulary(unpacked(self.model.notes["things"]))
 
     @classmethod
-    def load(cls, path):
-        """Read the checkpoint that the rule `tune` wrote. Raises NeumatError for another file."""
+    def load(cls, path=None):
+        """Read the checkpoint that the rule `tune` wrote; without a path, the model that comes with the package.
+        Raises NeumatError for another file."""
+        path = packaged_model() if path is None else path
         model = ConditionalDiffusion.load(path)
         if missing := (NEEDED - model.extra.keys()) | (SERVED - model.notes.keys()):
             raise NeumatError(path, "a model of this version (rule tune)", f"one without {', '.join(sorted(missing))}")

@@ -1,4 +1,4 @@
-"""The conditional model of the parity protocol, from the stores."""
+"""The conditional model, from the stores."""
 
 import torch
 from safetensors import safe_open
@@ -20,7 +20,7 @@ from neumat.generative.orders import distinct
 from neumat.tables import read_table
 
 PROTOCOL = "parity"
-LANDMARKS = 2000  # captions kept in the checkpoint, to tell texts about materials from others
+LANDMARKS = 1500  # captions kept in the checkpoint, to tell texts about materials from others
 
 
 def read_projection(path):
@@ -43,6 +43,17 @@ def training_conditions(conditions, projection, category, train):
     }
 
 
+def landmarks(captions, count):
+    """Return at most `count` of encoded captions (n, t) of length 1, each the one farthest from those before it, as
+    int8: rows are to be normalised again. The cosine of a text to the nearest is off by some thousandths."""
+    chosen, nearest = [0], captions @ captions[0]
+    while len(chosen) < min(count, len(captions)):
+        chosen.append(nearest.argmin().item())
+        nearest = torch.maximum(nearest, captions @ captions[chosen[-1]])
+    kept = captions[chosen]
+    return (127 * kept / kept.abs().max()).round().to(torch.int8)
+
+
 def for_requests(projection, captions, weights, images):
     """Return the tensors that a Synthesiser needs beside the networks: the Projection, captions (m, t) and what
     materials are called, as encoded, the training materials (n, 675), those that differ by the order of their channels
@@ -60,16 +71,16 @@ def for_requests(projection, captions, weights, images):
     }
 
 
-def tune(paths, tuning, rules, sampling, served, seed, progress, checkpoint):
+def tune(paths, protocol, tuning, rules, sampling, served, seed, progress, checkpoint):
     """Return the fitted ConditionalDiffusion, which carries what requests need, see `for_requests`, and the names that
     can be asked for.
 
     paths: neumerl, manifest, conditions, projection, statistics (of all fields), model (the unconditional one).
-    tuning, sampling: dicts. served: guidance {modality: scale}, candidates and things, see Synthesiser and
-    `things.packed`. rules: of the categories, see `categorise`.
+    protocol: whose training materials it learns. tuning, sampling: dicts. served: guidance {modality: scale},
+    candidates and things, see Synthesiser and `things.packed`. rules: of the categories, see `categorise`.
     """
     fitted = read_neumerl(paths["neumerl"])
-    train = training_indices(fitted, read_manifest(paths["manifest"]), PROTOCOL)
+    train = training_indices(fitted, read_manifest(paths["manifest"]), protocol)
     conditions, projection = read_conditions(paths["conditions"]), read_projection(paths["projection"])
     category = categorise(read_table(paths["statistics"]), rules).to_numpy()
     base = HyperDiffusion.load(paths["model"])
@@ -77,8 +88,7 @@ def tune(paths, tuning, rules, sampling, served, seed, progress, checkpoint):
     given = training_conditions(conditions, projection, category, train)
     weights = fitted.weights[torch.as_tensor(train)]
     notes = {"encoder": conditions.encoder, "types": conditions.types, "categories": list(CATEGORIES)} | served
-    spread = conditions.text[train].flatten(0, 1).unique(dim=0)
-    landmarks = normalize(spread[:: max(1, len(spread) // LANDMARKS)]).half()
-    extra = for_requests(projection, landmarks, weights, conditions.image[train])
+    spread = normalize(conditions.text[train].flatten(0, 1).unique(dim=0))
+    extra = for_requests(projection, landmarks(spread, LANDMARKS), weights, conditions.image[train])
     model = ConditionalDiffusion(base, Tuning(**tuning), notes, extra)
     return model.fit(weights, given, seed, progress, checkpoint)

@@ -10,7 +10,9 @@ from pathlib import Path
 import numpy as np
 import torch
 
+from neumat.conditions.packaged import write_packaged
 from neumat.conditions.photos import read_photo
+from neumat.generative.conditional import ConditionalDiffusion
 from neumat.generative.samplers import EVALUATIONS
 from neumat.generative.training import device
 from neumat.stability.odd_images import BLUE, BROKEN, RED, UNUSUAL, ball
@@ -31,14 +33,14 @@ def stability_table(bench, progress=iter):
 
 def stresses(bench, folder):
     """Yield every Stress of a StressBench; images are written to `folder`, a Path."""
-    yield from _settings(bench)
+    yield from _settings(bench, folder)
     yield from _texts(bench)
     yield from _images(bench, folder)
     yield from _conditions(bench)
     yield from _numbers(bench)
 
 
-def _settings(bench):
+def _settings(bench, folder):
     model = bench.synthesiser.model
     yield Stress("guidance -1", f"exactly the unconditional model; {SAMPLES}", SAMPLED, lambda: _unconditional(bench))
     for guidance in sorted({bench.guidance["text"], 2, 5, 10, 20}):
@@ -54,6 +56,8 @@ def _settings(bench):
     low = altered(model, integrate=lambda denoise, *rest: model.base.integrate(_bfloat16(denoise), *rest))
     yield Stress("networks in bfloat16", f"within {ROUNDING} of float32; {SAMPLES}", SAMPLED,
                  lambda: bench.setting(model=low, within=ROUNDING))  # fmt: skip
+    yield Stress("weights in float16", f"within {ROUNDING} of float32; {SAMPLES}", SAMPLED,
+                 lambda: bench.setting(model=_packaged(model, folder), within=ROUNDING))  # fmt: skip
 
 
 def _unconditional(bench):
@@ -68,6 +72,12 @@ def altered(model, **attributes):
     result, result.base = copy.copy(model), copy.copy(model.base)
     vars(result.base).update(attributes)
     return result
+
+
+def _packaged(model, folder):
+    """Return a ConditionalDiffusion as the package holds one: its weights were rounded to half precision."""
+    write_packaged(folder / "packaged.safetensors", model)
+    return ConditionalDiffusion.load(folder / "packaged.safetensors")
 
 
 def _bfloat16(denoise):

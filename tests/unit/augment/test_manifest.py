@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from neumat.augment.manifest import draw_manifest, protocol_indices
+from neumat.augment.manifest import draw_manifest, held_out_sources, protocol_indices
 from neumat.errors import NeumatError
 
 CONFIG = {"blends": 300, "components": 300, "weight_range": [0.3, 0.7], "held_out": 0.05}
@@ -26,6 +26,12 @@ def test_no_blend_crosses_the_grouped_split(manifest):
     for parent in ("parent_a", "parent_b"):
         assert (manifest[parent].map(side) == manifest["grouped"]).all()
     assert (manifest["parent_a"] != manifest["parent_b"])[600:].all()
+
+
+def test_everything_is_trained_on_and_nothing_held_out(manifest):
+    train, reference = protocol_indices(manifest, "everything")
+    assert train.tolist() == list(range(len(manifest))) and not len(reference)
+    assert held_out_sources(manifest, "everything") == set()
 
 
 @pytest.mark.parametrize("protocol", ["parity", "grouped", "fold0", "fold4"])
