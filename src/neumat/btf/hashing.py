@@ -12,11 +12,15 @@ def hashed_integers(cells, seed, channel=0):
 
     `channel` numbers independent values of one cell; `seed` is any Python integer.
     """
-    key = _mix(_mix(_mix(seed & MASK) + (seed >> 32) & MASK) + channel & MASK)
-    state = key
+    start = state = key(seed, channel)
     for coordinate in cells.unbind(-1):
-        state = _mix((state + coordinate) & MASK) ^ key
+        state = mix((state + coordinate) & MASK) ^ start
     return state
+
+
+def key(seed, channel=0):
+    """Return the integer that all hashes of a seed and a channel begin with."""
+    return mix(mix(mix(seed & MASK) + (seed >> 32) & MASK) + channel & MASK)
 
 
 def hashed(cells, seed, channel=0):
@@ -24,8 +28,8 @@ def hashed(cells, seed, channel=0):
     return hashed_integers(cells, seed, channel).double() / 2.0**32
 
 
-def _mix(x):
-    """Return `x`, an integer or a tensor of integers of 32 bits, mixed: each bit depends on all (Wellons's lowbias32).
+def mix(x):
+    """Return `x`, integers of 32 bits of any library, mixed: each bit depends on all (Wellons's lowbias32).
 
     A product of two 32-bit numbers may overflow 64 bits; its low 32 bits are right all the same.
     """

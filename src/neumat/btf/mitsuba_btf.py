@@ -2,7 +2,7 @@
 
 `btf`: a fitted representation with a network, synthesised at every query.
     filename: a file that `Representation.save` wrote; found as Mitsuba finds files
-    synthesis: one of tiling, linear, histogram (default), corner
+    synthesis: one of `neumat.btf.synthesis.SYNTHESES`; default "histogram"
     seed: of the choices of synthesis, an integer; default 0
     tileable: whether the exemplar's opposite borders match; default false
     scale: side of an exemplar, in units of uv; default 1
@@ -30,9 +30,9 @@ import mitsuba as mi
 import torch
 
 from neumat.brdf.coordinates import directions
-from neumat.btf.drjit_decoder import Decoder
-from neumat.btf.drjit_synthesis import endless_plane
-from neumat.btf.endless import EndlessBtf
+from neumat.btf.compiled.decoder import Decoder
+from neumat.btf.compiled.registry import endless_plane
+from neumat.btf.endless import endless
 from neumat.btf.representations.registry import load_representation
 from neumat.btf.synthesis import SYNTHESES
 from neumat.errors import NeumatError
@@ -78,14 +78,12 @@ def _classes():
             name = properties.get("synthesis", "histogram")
             if name not in SYNTHESES:
                 raise NeumatError("btf: synthesis", f"one of {', '.join(SYNTHESES)}", repr(name))
-            synthesis = SYNTHESES[name](
-                representation.positional(), properties.get("seed", 0), flag(properties, PLUGIN, "tileable")
-            )
+            btf = endless(representation, name, properties.get("seed", 0), flag(properties, PLUGIN, "tileable"))
             if dr.is_jit_v(mi.Float):
                 half = dr.backend_v(mi.Float) == dr.JitBackend.CUDA
-                self.endless, self.decoder = endless_plane(synthesis), Decoder(representation, half)
+                self.endless, self.decoder = endless_plane(btf.synthesis), Decoder(representation, half)
             else:
-                self.endless = EndlessBtf(representation, synthesis)
+                self.endless = btf
             self.per_uv = 1 / positive(properties, "scale", 1.0)
             self.level = properties.get("level", None)
             self.texels = max(representation.size)

@@ -6,7 +6,7 @@ import drjit as dr
 import mitsuba as mi
 from drjit import nn
 
-from neumat.btf.drjit_planes import padded, read
+from neumat.btf.compiled.planes import padded, read
 from neumat.btf.representations.variants import Biplane, Mean, NeuMip, Ours, TriplePlane
 from neumat.errors import NeumatError
 from neumat.render.drjit_brdf import TINY, buffer
