@@ -5,6 +5,7 @@ import math
 
 import torch
 
+from neumat.btf.endless import endless
 from neumat.btf.exposure import exposure
 from neumat.btf.synthesis import SYNTHESES
 from neumat.seeds import torch_generator
@@ -17,6 +18,7 @@ STEEP = 4  # times the relief
 MANY = 16  # paths a value
 COLOUR = 0.2
 AFAR = (1, 2, 3)  # levels of detail
+BLENDED = 2  # the one at which syntheses are asked
 NOISES = {0.05: 0.3, 0.5: 3.0}  # relative, of all values: what may be lost, dB
 
 
@@ -158,14 +160,19 @@ def _features(bench):
         found = f"{shown:.1%} off as shown, {linear:.1%} in linear values; brightest {bright:.2f} times the captured"
         return found, shown < COLOUR and bright <= 1.01
 
-    def synthesised(name):
+    synthesis = functools.cache(lambda name: endless(bench.ours, name, bench.seed, False).synthesis)
+
+    def synthesised(name, level):
         u = torch.rand(bench.queries, 2, dtype=torch.float64, generator=torch_generator(bench.seed, "u")) * 1e3
-        return coloured(SYNTHESES[name](bench.ours.positional(), bench.seed).at(u))
+        return coloured(synthesis(name).at(u, level))
 
     expectation = f"mean colours of the exemplar's pictures, as shown, to {COLOUR:.0%}; not brighter than captured"
     for name in SYNTHESES:
         yield case(f"colour of 1000 exemplars of synthesis: {name}", expectation, "features are cut to the exemplar's "
-                   "range", lambda name=name: synthesised(name))  # fmt: skip
+                   "range", lambda name=name: synthesised(name, 0.0))  # fmt: skip
+        yield case(f"colour of 1000 exemplars of synthesis, {2**BLENDED} x {2**BLENDED} texels under a pixel: {name}",
+                   expectation, "synthesis fetches the levels that are trained",
+                   lambda name=name: synthesised(name, BLENDED))  # fmt: skip
 
     def from_afar(level):
         return coloured(bench.ours.levels()[level].flatten(0, 1))
