@@ -4,6 +4,7 @@ import time
 
 import numpy as np
 import pandas as pd
+import torch
 
 from neumat.augment.dense import read_dense
 from neumat.augment.permutations import PERMUTATIONS
@@ -41,8 +42,8 @@ def budgets(config):
 def dense_fits(recipe_path, dense_path, sources_path, neumerl_path, first_path, config, count, seed, progress=iter):
     """Return a DataFrame: method, samples, set, bases, seconds, loss_grid, loss_uniform, converged, alignment_error.
 
-    config: the section `fit`; count: bases, spread over the recipe; every other one is for validation, on which
-    `fit.dense` is chosen, and the rest report. All methods see the same entries. seconds: of CPU a base, that of the
+    config: the section `fit`; count: bases, spread over the recipe; the first half is for validation, on which
+    `fit.dense` is chosen, the other reports. All methods see the same entries. seconds: of CPU a base, that of the
     interpolation included, that of making the values not; it has a row of its own. Losses: means over held-out entries;
     converged: share of the bases. The last row is the whole dense set as it was made.
     """
@@ -59,10 +60,10 @@ def dense_fits(recipe_path, dense_path, sources_path, neumerl_path, first_path, 
     table = [{"method": "values of the bases", "seconds": (loaded - start) / len(rows)}]
 
     def add(method, samples, seconds, result):
-        for k, name in enumerate(SETS):
-            means = {key: result[key][k::2].double().mean().item() for key in MEANS}
-            row = {"method": method, "samples": samples, "set": name, "bases": len(result["weights"][k::2])}
-            error = alignment.error(result["weights"][k::2])
+        for name, part in zip(SETS, torch.arange(len(rows)).tensor_split(2), strict=True):
+            means = {key: result[key][part].double().mean().item() for key in MEANS}
+            row = {"method": method, "samples": samples, "set": name, "bases": len(part)}
+            error = alignment.error(result["weights"][part])
             table.append(row | {"seconds": seconds / len(rows)} | means | {"alignment_error": error})
 
     grid, uniform, null = losses(begun, values, directions, directions.held)
