@@ -8,10 +8,10 @@ from pathlib import Path
 import torch
 from torch import nn
 
+from neumat.checkpoints import read_checkpoint, write_checkpoint
 from neumat.errors import NeumatError
 from neumat.fields.validity import physical
 from neumat.generative.anew import drawn_anew, served
-from neumat.generative.base import read_checkpoint, write_checkpoint
 from neumat.generative.denoisers import LEVEL_WIDTH
 from neumat.generative.hyperdiffusion import HyperDiffusion
 from neumat.generative.orders import OrderOfRequest, colours

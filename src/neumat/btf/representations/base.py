@@ -9,8 +9,8 @@ import torch
 
 from neumat.btf.planes import prefilter
 from neumat.btf.representations.storage import unpacked
+from neumat.checkpoints import read_checkpoint, write_checkpoint
 from neumat.configured import Configured
-from neumat.generative.base import read_checkpoint, write_checkpoint
 
 SCHEMA = "2"
 SWEEPS = 8  # in which brightness is compared

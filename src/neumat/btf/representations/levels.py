@@ -2,8 +2,8 @@
 
 The mean of their features does not, as the network is not linear: on captured leather, weave and metal, 64 x 64 texels,
 the colour of the whole exemplar is off by 25 to 50 %. Features alone cannot mend that: with the network as it is, the
-best are off by 16 to 50 %. So the network learns levels, too, in the second half of a fit: 8 to 21 % after 16 million
-samples, which cost 14 % more time and no accuracy.
+best are off by 16 to 50 %. So the network learns levels, too, in the second half of a fit: 8 to 21 %, for 14 % more
+time. After 16 million samples the plane itself is as accurate as without; after 4 million it has lost 0.2 dB.
 """
 
 import torch
