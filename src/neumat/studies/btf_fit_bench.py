@@ -2,7 +2,7 @@
 
 The usual way draws samples of a store at random, fetches each one's features (`embedding_bag`), differentiates by
 autograd and updates everything by `torch.optim.Adam`. Planes, network, loss, schedule and samples are the same; the
-rates are those that are best for it.
+rates are those that are best for it. It trains no levels of detail, which are in the other's time.
 """
 
 import math
