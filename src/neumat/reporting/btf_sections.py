@@ -8,8 +8,9 @@ from neumat.tables import read_table
 MAKE = "`make btf_all`"
 QUALITY = ("surface", "representation", "texels", "pictures", "psnr", "dssim", "flip", "psnr_worst", "flip_worst")
 QUALITY += ("bytes", "ns", "fit_s")
-SYNTHESIS = ("surface", "method", "texels", "crops", "histogram", "spectrum", "autocovariance", "ghosts", "coverage")
-SYNTHESIS += ("frechet", "repetition_scatters", "copies", "bytes_ratio", "ns", "first_s")
+SYNTHESIS = ("surface", "representation", "method", "texels", "crops", "histogram", "spectrum", "autocovariance")
+SYNTHESIS += ("ghosts", "coverage", "frechet", "repetition_scatters", "copies", "seams", "seams_scatters")
+SYNTHESIS += ("bytes_ratio", "ns", "first_s")
 
 
 def _leather(results):
@@ -73,8 +74,9 @@ BTF_SECTIONS = (
         "Synthesis",
         "Each statistic of a synthesised picture as a ratio to that of the true surface's own crops against each other "
         "(1 is perfect). `repetition_scatters`: by how many standard deviations over crops the largest autocorrelation "
-        "exceeds the truth's. `copies`: share of windows that appear again at one offset. `exemplar`, decoded, is the "
-        "ceiling; `tiling`, `linear` and `shuffled` texels are nulls. The default methods were chosen on other "
+        "exceeds the truth's. `copies`: share of windows that appear again at one offset. `seams`: steps across the "
+        "exemplar's borders over those elsewhere. `exemplar`, decoded, is the ceiling; `tiling`, `linear`, `shuffled` "
+        "texels and `hard`, blocks of the exemplar side by side, are nulls. The default methods were chosen on other "
         "crops (`part` = `choice` in the file).",
         ("btf/tables/synthesis.csv",),
         MAKE,

@@ -3,12 +3,14 @@
 import pytest
 import torch
 
+from neumat.btf.endless import pixel_centres
 from neumat.btf.representations.registry import make
 from neumat.btf.store import BtfStore, read_btf, write_btf
+from neumat.btf.synthesis import SYNTHESES
 from neumat.errors import NeumatError
 from neumat.metrics import textures
 from neumat.studies import btf_synthesis
-from neumat.studies.btf_synthesis import NEAR, SIDE, split_crops, synthesis_table, timed
+from neumat.studies.btf_synthesis import NEAR, PLACES, SIDE, _borders, split_crops, synthesis_table, timed
 
 EXEMPLAR = 8
 UP = torch.tensor([[[0.0, 0.0, 1.0]]])
@@ -41,6 +43,17 @@ def test_a_method_tells_what_it_costs():
     assert not cost["dynamic"] and cost["bytes_ratio"] > 4 and cost["fetches"] == 1
     with pytest.raises(NeumatError, match="one of tiling"):
         timed("nothing", plane, 0, False)
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_seams_are_looked_for_where_the_exemplars_borders_lie(place):
+    """A tiled ramp steps down there and nowhere else."""
+    ramp = (torch.arange(16) / 16)[None, :, None].expand(16, 16, 1)
+    for axis, plane in enumerate((ramp, ramp.transpose(0, 1))):
+        picture = SYNTHESES["tiling"](plane, 0).at(pixel_centres(place, SIDE, SIDE * 16)).view(SIDE * 16, SIDE * 16)
+        steep = torch.nonzero(picture.diff(dim=1 - axis).abs().mean(axis) > 0.1)[:, 0] + 1
+        borders = _borders(place, 16, 1)[axis]
+        assert len(steep) >= SIDE and torch.isin(steep, borders).all() and len(borders) == 2 * SIDE
 
 
 @pytest.fixture
