@@ -128,6 +128,8 @@ def _check_scenes(config, manifest, folder, schema):
             raise NeumatError("config key scenes.names", f"names of files in {folder.name}", f"no {path.name}")
         for name, item in load_scene(path, schema)["objects"].items():
             for material in item["materials"]:
+                if isinstance(material, dict):
+                    continue
                 ranked = re.fullmatch(r"(?:sources|samples)@(\d(?:\.\d+)?)", material)
                 if material not in known and not (ranked and float(ranked[1]) <= 1):
                     of_model = f"sample-0 to sample-{sample_count(config) - 1}, sources@<0..1> or samples@<0..1>"

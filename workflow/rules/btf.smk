@@ -433,3 +433,33 @@ rule btf_bench:
         seed=config["seed"],
     script:
         "../scripts/btf_bench.py"
+
+
+# What a query costs, beside plain PyTorch in the same run.
+rule btf_queries:
+    input:
+        f"results/btf/models/{BTF['surface']}/ours.safetensors",
+    output:
+        report(
+            "results/btf/tables/queries.csv",
+            caption="../report/btf_queries.rst",
+            category="Surfaces",
+        ),
+    log:
+        "results/logs/btf_queries.log",
+    benchmark:
+        "results/benchmarks/btf_queries.tsv"
+    conda:
+        "../envs/neumat.yaml"
+    threads: 2
+    resources:
+        mem_mb=6000,
+        runtime=30,
+    params:
+        code=code("btf_queries"),
+        torch_threads=2,
+        methods=config["btf"]["synthesis"]["methods"],
+        counts=config["btf"]["chart"]["queries"],
+        seed=config["seed"],
+    script:
+        "../scripts/btf_queries.py"

@@ -154,8 +154,10 @@ TARGETS = {
         "results/btf/tables/synthesis.csv",
         "results/btf/tables/relief.csv",
         "results/btf/tables/bench.csv",
+        "results/btf/tables/queries.csv",
         "results/btf/tables/stability.csv",
         "results/btf/charts/representations.csv",
+        *expand("results/scenes/{scene}.png", scene=BTF["scenes"]),
         *expand(
             "results/btf/figures/{surface}-{figure}.png",
             surface=BTF["surfaces"],
@@ -312,14 +314,44 @@ def conditional_model(power):
 
 
 def layout_of(scene):
-    """The layout of a scene; its file is not an input, which would tie results to where the workflow lies."""
+    """The layout of a scene, its BTFs as Mitsuba takes them; its file is not an input, which would tie results to where
+    the workflow lies."""
     try:
-        return load_scene(
+        layout = load_scene(
             f"{workflow.basedir}/config/scenes/{scene}.yaml",
             f"{workflow.basedir}/workflow/schemas/scene.schema.json",
         )
     except NeumatError as error:
         sys.exit(str(error))
+    for item in layout["objects"].values():
+        item["materials"] = [
+            btf_plugin(material) if isinstance(material, dict) else material
+            for material in item["materials"]
+        ]
+    return layout
+
+
+def btf_plugin(material):
+    """The Mitsuba dictionary of a BTF that a scene names: a fitted surface, or the file of a representation."""
+    name = material["btf"]
+    fitted = not name.endswith(".safetensors")
+    method = default_synthesis(name) if fitted else BTF["synthesis"]["stochastic"]
+    return {
+        "type": "btf",
+        "filename": f"results/btf/models/{name}/ours.safetensors" if fitted else name,
+        "synthesis": material.get("synthesis", method),
+        "scale": float(material.get("scale", 1.0)),
+    }
+
+
+def btfs_of(scene):
+    """The files of the BTFs of a scene."""
+    materials = [
+        material
+        for item in layout_of(scene)["objects"].values()
+        for material in item["materials"]
+    ]
+    return [each["filename"] for each in materials if isinstance(each, dict)]
 
 
 def variant_of(name):

@@ -4,6 +4,7 @@ rule scene:
         neumerl=NEUMERL,
         manifest=MANIFEST,
         samples=SAMPLES,
+        btfs=lambda wildcards: btfs_of(wildcards.scene),
     output:
         report(
             "results/scenes/{scene}.png",

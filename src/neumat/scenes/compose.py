@@ -3,7 +3,8 @@
 A layout has `light` (a name in LIGHTS), `exposure`, `camera` (`at`, `towards`: points; `fov`: degrees, across) and
 `objects` {name: object}. An object has `shape`, `at` [x, z] on the floor, `size`, `turn` (degrees about the vertical)
 and `materials`: the first, and more that lie over it where a texture of `masks` shows them, a mask to each; it may have
-a `bump` or `normals` texture. `repeat` says how often textures repeat across it, `depth` how deep bumps are.
+a `bump` or `normals` texture. A material is a name, or the Mitsuba dictionary of an endless BTF. `repeat` says how
+often textures repeat across it, `depth` how deep bumps are.
 
 World frame: y is up, the floor is y = 0.
 """
@@ -33,8 +34,14 @@ class Composition:
 
 
 def units(layout):
-    """Return the materials of a layout, {(object, k): name}: the unit of choice is one material of one object."""
-    return {(name, k): m for name, item in layout["objects"].items() for k, m in enumerate(item["materials"])}
+    """Return the materials of a layout, {(object, k): name}: the unit of choice is one material of one object. BTFs,
+    of which there is no choice, are left out."""
+    return {
+        (name, k): material
+        for name, item in layout["objects"].items()
+        for k, material in enumerate(item["materials"])
+        if isinstance(material, str)
+    }
 
 
 def compose(layout, bsdfs, width, height):
@@ -43,11 +50,11 @@ def compose(layout, bsdfs, width, height):
     Raises NeumatError for a shape, texture or light that does not exist, and a bad file or property of a BSDF of ours.
     """
     mi = mitsuba()
-    from neumat.render.mitsuba_bsdf import load_dict
+    from neumat.mitsuba import load_dict
 
     meshes = {}
     for name, item in layout["objects"].items():
-        parts = [bsdfs[name, k] for k in range(len(item["materials"]))]
+        parts = [bsdfs.get((name, k), material) for k, material in enumerate(item["materials"])]
         meshes[name] = _placed(mi, name, item)
         meshes[name].set_bsdf(load_dict(surface(item, parts)))
     view = layout["camera"]

@@ -92,8 +92,38 @@ def drape(resolution=128):
     return _surface(point, 2 * resolution, resolution)
 
 
-OPEN = ("drape",)  # shapes that show their back
-SHAPES = {shape.__name__: shape for shape in (plane, sphere, cube, vase, knot, drape)}
+def cloth(resolution=192):
+    """A square sheet over a ball: a dome, then folds down to the floor, on which its corners lie."""
+    radius, half = 0.8, 1.85
+
+    def point(u, v):
+        x, z = half * (2 * u - 1), half * (2 * v - 1)
+        along, azimuth = np.hypot(x, z), np.arctan2(z, x)
+        polar = np.minimum(along / radius, np.pi / 2)
+        drop = np.maximum(along - radius * np.pi / 2, 0)
+        hanging = -np.logaddexp(-10 * drop, -10 * (radius - 0.06)) / 10 + np.logaddexp(0, -10 * (radius - 0.06)) / 10
+        fold = 0.13 * np.sin(8 * azimuth) * np.tanh(1.5 * drop**1.5)
+        side = radius * np.sin(polar) * (1 + 0.25 * hanging**2) + fold + (drop - hanging)
+        return side * np.cos(azimuth), radius * (1 + np.cos(polar)) - hanging - 0.03, side * np.sin(azimuth)
+
+    return _surface(point, resolution, resolution)
+
+
+def cushion(resolution=128):
+    """The upper side of a pillow with four corners: taut at the seams, round in the middle."""
+
+    def point(u, v):
+        x, z = 2 * u - 1, 2 * v - 1
+        bulge = ((1 - x**4) * (1 - z**4)).clip(0) ** 0.45
+        taut = 1 - 0.12 * (1 - x**2) * z**4 - 0.12 * (1 - z**2) * x**4
+        crease = 0.02 * np.sin(9 * np.arctan2(z, x)) * np.hypot(x, z) ** 3 * bulge
+        return x * taut, 0.12 + 0.62 * bulge + crease - 0.1 * (x * z) ** 4, z * taut
+
+    return _surface(point, resolution, resolution)
+
+
+OPEN = ("drape", "cloth", "cushion")  # shapes that show their back
+SHAPES = {shape.__name__: shape for shape in (plane, sphere, cube, vase, knot, drape, cloth, cushion)}
 
 
 def mesh(name):
