@@ -11,7 +11,7 @@ from neumat.metrics import inception
 from neumat.reporting import tables
 
 WORKFLOW = Path(__file__).parents[2] / "workflow"
-GATHERING = ["table", "novelty_table", "run_table", "categories", "category_figures", "chart_models"]
+GATHERING = ["table", "coverage_table", "run_table", "categories", "category_figures", "chart_models"]
 
 
 def imports(text):

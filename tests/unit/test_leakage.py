@@ -190,29 +190,18 @@ def by_hand(run, protocol, indices):
 
 
 @pytest.mark.parametrize("name", PROTOCOLS)
-def test_scores_and_novelty_compare_the_right_sides(run, name, tmp_path):
+def test_scores_compare_the_right_sides(run, name, tmp_path):
     protocol, (train, reference) = protocol_of(run, name), sides(run.rows, name)
     train, reference = sorted(train), sorted(reference)
     with h5py.File(tmp_path / "samples.h5", "w") as file:
         file["samples"] = run.weights[reference].numpy()
         file.attrs.update(kind="weights", stride=1)
-    scores, near = score_protocol(protocol, {"held": tmp_path / "samples.h5"}, 1, len(reference), "")
-    table = by_hand(run, protocol, reference)
-    nearest = table[:, train].min(1)
-
-    # Held-out materials, be they the reference or samples, lie as far from training as they do; training in itself.
-    rows = near[near["distance"] == "brdf_l1_log"].set_index(["method", "set"])
-    for key in (("held", "samples"), ("held", "held-out"), (TRAINING_SET, "held-out")):
-        np.testing.assert_allclose(rows.loc[key, "value"], nearest.values, rtol=1e-4)
-        found = np.array(train)[rows.loc[key, "nearest"].to_numpy()]
-        np.testing.assert_allclose(table[range(len(table)), found], nearest.values, rtol=1e-4)  # some are equally near
-    assert rows.loc[(TRAINING_SET, "samples"), "value"].max() < 1e-5
-    assert nearest.values.min() > 1e-3
-
+    scores = score_protocol(protocol, {"held": tmp_path / "samples.h5"}, 1, len(reference), "")
+    nearest = by_hand(run, protocol, reference)[:, train].amin(1)
     # Samples that are the reference match it; draws of the training set match it no better than training does.
     mmd = scores[(scores["metric"] == "mmd") & (scores["distance"] == "brdf_l1_log")].set_index("method")["value"]
     assert mmd["held"] < 1e-5
-    assert mmd[TRAINING_SET] >= (1 - 1e-4) * nearest.values.mean().item() > 0
+    assert mmd[TRAINING_SET] >= (1 - 1e-4) * nearest.mean().item() > 0
 
 
 @pytest.mark.parametrize("name", PROTOCOLS)

@@ -30,7 +30,6 @@ def test_default_target_plans_data_to_report(tmp_path, overlays):
         "ladder",
         "text_ablation",
         "generalisation_table",
-        "generalisation_novelty",
         "generalisation_coverage",
         "export",
         "btf_truth",

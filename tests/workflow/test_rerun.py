@@ -17,8 +17,6 @@ AFTER_SAMPLING = CONSTRAINED | {
     "score",
     "unconditional",
     "generalisation_table",
-    "novelty_table",
-    "generalisation_novelty",
     "novelty_figures",
     "coverage",
     "coverage_table",

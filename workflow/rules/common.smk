@@ -102,7 +102,6 @@ TARGETS = {
         "results/tables/augmentation.csv",
         "results/tables/fit.csv",
         "results/tables/unconditional.csv",
-        "results/tables/novelty.csv",
         "results/tables/coverage.csv",
         "results/tables/renderer.csv",
         "results/tables/physics.csv",
@@ -139,7 +138,6 @@ TARGETS = {
     ],
     "generalisation": [
         "results/tables/generalisation.csv",
-        "results/tables/generalisation_novelty.csv",
         "results/tables/generalisation_coverage.csv",
     ],
     "btf": [

@@ -1,4 +1,4 @@
-# All methods of a protocol in one job: they share the reference set and the training materials.
+# All methods of a protocol in one job: they share the reference set.
 rule score:
     input:
         samples=lambda wildcards: [
@@ -10,8 +10,7 @@ rule score:
         sources=SOURCES_STORE,
         inception=INCEPTION,
     output:
-        scores="results/scores/{protocol}.csv",
-        novelty="results/novelty/{protocol}.csv",
+        "results/scores/{protocol}.csv",
     log:
         "results/logs/score/{protocol}.log",
     benchmark:
@@ -82,52 +81,6 @@ use rule unconditional as generalisation_table with:
         "results/logs/generalisation_table.log",
     benchmark:
         "results/benchmarks/generalisation_table.tsv"
-
-
-rule novelty_table:
-    input:
-        expand(
-            "results/novelty/{protocol}.csv",
-            protocol=config["evaluate"]["protocols"],
-        ),
-    output:
-        report(
-            "results/tables/novelty.csv",
-            caption="../report/novelty.rst",
-            category="Novelty",
-        ),
-    log:
-        "results/logs/novelty_table.log",
-    benchmark:
-        "results/benchmarks/novelty_table.tsv"
-    conda:
-        "../envs/neumat.yaml"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=10,
-    params:
-        code=code("novelty_table"),
-    script:
-        "../scripts/novelty_table.py"
-
-
-use rule novelty_table as generalisation_novelty with:
-    input:
-        expand(
-            "results/novelty/{protocol}.csv",
-            protocol=UNRELATED,
-        ),
-    output:
-        report(
-            "results/tables/generalisation_novelty.csv",
-            caption="../report/novelty.rst",
-            category="Generalisation",
-        ),
-    log:
-        "results/logs/generalisation_novelty.log",
-    benchmark:
-        "results/benchmarks/generalisation_novelty.tsv"
 
 
 rule novelty_figures:

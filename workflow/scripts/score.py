@@ -1,4 +1,4 @@
-"""Score every method's samples, and draws of the training set, against the held-out and the training materials."""
+"""Score every method's samples, and draws of the training set, against the held-out materials."""
 
 from neumat.files import atomic_path
 from neumat.stage import progress, stage
@@ -11,7 +11,6 @@ with stage(snakemake):
         params.seed,
     )  # fmt: skip
     samples = dict(zip(params.methods, store.samples, strict=True))
-    tables = score_protocol(protocol, samples, params.draws, params.set_size, store.get("inception"), progress)
-    for table, path in zip(tables, (snakemake.output.scores, snakemake.output.novelty), strict=True):
-        with atomic_path(path) as temporary:
-            table.to_csv(temporary, index=False)
+    scores = score_protocol(protocol, samples, params.draws, params.set_size, store.get("inception"), progress)
+    with atomic_path(snakemake.output[0]) as temporary:
+        scores.to_csv(temporary, index=False)

@@ -12,7 +12,7 @@ from neumat.configured import Configured
 from neumat.errors import NeumatError
 from neumat.fields.layout import SIZE
 
-SCHEMA = "3"
+SCHEMA = "4"
 
 
 @dataclass(frozen=True)

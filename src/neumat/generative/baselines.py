@@ -184,7 +184,11 @@ class VaeA(Vae):
 
 @dataclass(kw_only=True)
 class Merl100(HyperDiffusion):
-    """HyperDiffusion on the measured materials alone, before any augmentation (M3ashy's MERL100)."""
+    """HyperDiffusion on the measured materials alone, before any augmentation (M3ashy's MERL100), not even `mixing`."""
+
+    def __post_init__(self):
+        super().__post_init__()
+        self.mixing = None
 
     def _fit(self, dataset, seed, progress, checkpoint):
         measured = dataset.subset(dataset.is_source & (dataset.permutation == 0))

@@ -5,6 +5,7 @@ import logging
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
+import numpy as np
 import torch
 
 from neumat.errors import NeumatError
@@ -12,6 +13,7 @@ from neumat.fields.mirrored import SERVED, unfolded_error
 from neumat.generative.anew import served
 from neumat.generative.base import GenerativeModel
 from neumat.generative.denoisers import DENOISERS
+from neumat.generative.mixing import last_layer, mixtures
 from neumat.generative.orders import ORDERS, brightest_first, reorder
 from neumat.generative.samplers import EVALUATIONS, SAMPLERS
 from neumat.generative.schedule import (
@@ -26,6 +28,7 @@ from neumat.generative.whitening import Coordinates
 from neumat.seeds import torch_generator
 
 SAMPLE_BATCH = 1024
+REPRESENTATIVE = 4000  # mixtures that stand for all of them where coordinates are fitted
 NOISE = ("lognormal", "loguniform", "linear")
 
 
@@ -37,9 +40,10 @@ class HyperDiffusion(GenerativeModel):
     preconditioning: a name in PRECONDITIONINGS. noise: "lognormal" levels (log_mean, log_std), "loguniform" ones
     (sigma_min, sigma_max), both sampled at Karras's levels, or "linear", the mended 100-step beta schedule.
     sort: whether materials are learnt with their brightest channel first, and samples' channels permuted at random, see
-    `orders`. dense: whether the dense bases are trained on too: for who makes the dataset. blend: largest weight of a
-    second training material mixed into each example, in the coordinates. steps, batch, lr, lr_end, warmup, ema,
-    weight_decay, precision: see train. sampler: a name in SAMPLERS; nfe: evaluations of the denoiser a sample.
+    `orders`. dense: whether the dense bases are trained on too: for who makes the dataset. mixing: None, or the spread
+    of the `mixtures` of measured training materials that are learnt in place of all training materials as they are;
+    the others then only have a say in the coordinates. steps, batch, lr, lr_end, warmup, ema, weight_decay, precision:
+    see train. sampler: a name in SAMPLERS; nfe: evaluations of the denoiser a sample.
     """
 
     denoiser: str = "mlp"
@@ -55,7 +59,7 @@ class HyperDiffusion(GenerativeModel):
     sigma_max: float = 40.0
     sort: bool = False
     dense: bool = False
-    blend: float = 0.0
+    mixing: float | None = None
     steps: int = 5000
     batch: int = 512
     lr: float = 1e-3
@@ -107,17 +111,24 @@ class HyperDiffusion(GenerativeModel):
 
     def _fit(self, dataset, seed, progress, checkpoint):
         weights = self.sorted(dataset.weights)[0]
-        coordinates = Coordinates.fit(
-            weights, self.components, self.metric, self.power, torch_generator(seed, "metric")
-        )
-        data = coordinates.encode(weights)
+        measured = weights[torch.as_tensor(np.flatnonzero(dataset.is_source))]
+        learnt = spanned = weights
+        if self.mixing is not None:
+            given = measured, last_layer(measured), REPRESENTATIVE, self.mixing
+            learnt = mixtures(*given, torch_generator(seed, "mixtures"))
+            spanned = torch.cat([weights, learnt])  # requests are learnt from the training materials themselves
+        generator = torch_generator(seed, "metric")
+        coordinates = Coordinates.fit(spanned, self.components, self.metric, self.power, generator)
+        data, ends = coordinates.encode(learnt), coordinates.encode(measured)
+        last = coordinates.encode_change(last_layer(measured))
         denoiser = self._denoiser(data.shape[1], seed)
         on = device()
 
         def loss(generator):
-            rows = torch.randint(len(data), (2, self.batch), generator=generator)
-            share = self.blend * torch.rand(self.batch, 1, generator=generator)
-            clean = torch.lerp(data[rows[0]], data[rows[1]], share)
+            if self.mixing is None:
+                clean = data[torch.randint(len(data), (self.batch,), generator=generator)]
+            else:
+                clean = mixtures(ends, last, self.batch, self.mixing, generator)
             noise = torch.randn(clean.shape, generator=generator)
             return denoiser.loss(clean.to(on), self._training_levels(generator).to(on), noise.to(on))
 

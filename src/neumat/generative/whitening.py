@@ -91,6 +91,10 @@ class Coordinates:
         """Return the coordinates (n, k), float32, of weights (n, 675)."""
         return ((weights.double() - self.mean) @ self.into).float()
 
+    def encode_change(self, weights):
+        """Return what adding `weights` (n, 675) changes in the coordinates, (n, k), float32."""
+        return (weights.double() @ self.into).float()
+
     def decode(self, coordinates):
         """Return the weights (n, 675), float32, of coordinates (n, k)."""
         return (coordinates.double() @ self.back + self.mean).float()

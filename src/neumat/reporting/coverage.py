@@ -64,6 +64,20 @@ def coverage_table(rows, resamples, seed):
     return pd.concat([table, pd.DataFrame([{"folds": folds, "method": OWN, **own}])], ignore_index=True)
 
 
+def verdict(table):
+    """Return one sentence on whether a null of a `coverage_table` covers unseen materials better than the model."""
+    model = table[(table["method"] == MODEL) & (table["size"] == table["size"].max())].iloc[0]
+    figures = f"{model['coverage']:.4f}, {model['of_copies']:.2f} of copies'"
+    if pd.isna(model["behind"]):
+        return f"No null is as precise as the default model, which covers unseen materials to {figures}."
+    null = f"the null `{model['null']}` ({model['frontier']:.4f})"
+    if model["behind_low"] > 0:
+        return f"A null dominates the default model: {null} is as precise and covers more ({figures})."
+    if model["behind_high"] < 0:
+        return f"The default model covers unseen materials ({figures}) better than any null that is as precise: {null}."
+    return f"The default model covers unseen materials ({figures}) as well as the best null that is as precise: {null}."
+
+
 def _resampled(protocols, resamples, seed):
     """Return (1 + resamples, n) shares of the n held-out sources: each once, then drawn anew within each fold."""
     protocols = np.asarray(protocols)

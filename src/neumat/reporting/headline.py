@@ -2,6 +2,7 @@
 
 import pandas as pd
 
+from neumat.reporting.coverage import verdict
 from neumat.reporting.markdown import frame_markdown
 from neumat.tables import read_table
 
@@ -24,7 +25,7 @@ _REQUESTS = (
 
 
 def headline(results):
-    """Return the Markdown table of headline figures of the run in the folder `results`.
+    """Return the headline figures of the run in the folder `results` as Markdown: a sentence on the frontier, a table.
 
     A figure that the run did not make is said to be no part of it.
     """
@@ -34,24 +35,26 @@ def headline(results):
             "tables/fit-summary",
             "tables/ladder",
             "tables/unconditional",
-            "tables/novelty",
+            "tables/coverage",
             "tables/generalisation",
             "tables/conditional",
             "tables/constrained",
             "charts/models",
         )
     }
+    covered = table["tables/coverage"]
     rows = [
+        *_coverage(covered),
         *_fits(table["tables/fit-summary"], table["tables/ladder"]),
         *_unconditional(table["tables/unconditional"]),
-        *_novelty(table["tables/novelty"]),
         _generalisation(table["tables/generalisation"]),
         *_requests(table["tables/conditional"]),
         _category(table["tables/constrained"]),
         _scene_models(table["charts/models"]),
     ]
     rows = [row if row[1] != _ABSENT else (row[0], "not part of this run", "", "") for row in rows]
-    return frame_markdown(pd.DataFrame(rows, columns=["figure", "neumat", "null", "ceiling"]))
+    shown = frame_markdown(pd.DataFrame(rows, columns=["figure", "neumat", "null", "ceiling"]))
+    return f"{verdict(covered)}\n\n{shown}" if len(covered) else shown
 
 
 def _value(table, form, column="value", **keys):
@@ -90,13 +93,26 @@ def _unconditional(table):
         yield words, ours, f"{copies} (copies), {blends} (interpolations)", f"{best} (training set)"
 
 
-def _novelty(table):
-    keys = {"protocol": "parity", "distance": "brdf_l1_log", "method": "hyperdiffusion"}
-    held_out = _value(table, ".4f", "held_out_median", **keys)
-    median = _value(table, ".4f", "median", **keys)
-    yield "distance to the nearest training material, median", median, "0 (copies)", f"{held_out} (held-out materials)"
-    share = _value(table, ".1f", "near_copies_percent", **keys)
-    yield "near copies of training materials, %", share, "100 (copies)", "5 (held-out materials, by definition)"
+def _coverage(table):
+    """Coverage, precision and novelty over the folds that no setting was chosen on, at the largest number of samples.
+
+    The null of coverage is what copies reach, that of precision fresh blends of all shares.
+    """
+    if len(table):
+        table = table[table["size"].isna() | (table["size"] == table["size"].max())]
+    ours, copies, blends, own = (
+        {"method": method, **({"level": level} if level is not None else {})}
+        for method, level in (("hyperdiffusion", 0), ("copies", 0), ("blends", 1), ("held-out", None))
+    )
+    covered, copied, blended = (_value(table, ".4f", "coverage", **keys) for keys in (ours, copies, blends))
+    yield "unseen sources to the nearest of the samples, mean", covered, f"{copied} (copies), {blended} (blends)", ""
+    for column, words in (
+        ("precision", "samples to the nearest real material, median"),
+        ("novelty", "samples to the nearest training source, median"),
+        ("novelty, any tint", "the same after the best gain of each channel"),
+    ):
+        found, null, real = (_value(table, ".4f", column, **keys) for keys in (ours, blends, own))
+        yield words, found, f"{null} (blends)", f"{real} (unseen sources)"
 
 
 def _generalisation(table):

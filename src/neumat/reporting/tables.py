@@ -1,11 +1,10 @@
-"""The tables: scores averaged over draws with their intervals, beside the published figures, and novelty."""
+"""The tables: scores averaged over draws with their intervals, beside the published figures."""
 
 from importlib import resources
 
 import numpy as np
 import pandas as pd
 
-from neumat.metrics.near_copies import novelty_summary
 from neumat.seeds import numpy_generator
 
 # The rows' order and names; a method that is not listed comes last, under its own name.
@@ -94,11 +93,6 @@ def table2_markdown(table):
                 missing += " Nor is FID (64 Inception features), which needs `evaluate.inception`."
             lines += [missing, ""]
     return "\n".join(lines)
-
-
-def novelty_table(novelty_csvs):
-    """Return `neumat.metrics.near_copies.novelty_summary` over several files of novelty rows."""
-    return novelty_summary(pd.concat([pd.read_csv(path) for path in novelty_csvs], ignore_index=True))
 
 
 def _sizes(column):

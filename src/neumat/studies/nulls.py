@@ -8,7 +8,7 @@ import torch
 
 from neumat.augment.dense import draw_recipe, mix, parents_of
 from neumat.fields.validity import ANGLES, directional_albedos
-from neumat.generative.mixing import mixtures
+from neumat.generative.mixing import last_layer, mixtures
 from neumat.generative.orders import brightest_first
 from neumat.metrics.materials import MaterialSet
 
@@ -46,7 +46,8 @@ def recoloured_interpolations(sides, n, level, generator):
 
 def powers_of_interpolations(sides, n, level, generator):
     """The mixtures that the default model learns, with powers of 1 + f of the spread `level`."""
-    return mixtures(brightest_first(sides.weights["sources"])[0], n, generator, level)
+    weights = brightest_first(sides.weights["sources"])[0]
+    return mixtures(weights, last_layer(weights), n, level, generator)
 
 
 def blends(sides, n, level, generator):

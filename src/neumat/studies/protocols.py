@@ -1,4 +1,4 @@
-"""The stages of evaluation: from the stores and the files of samples to rows of scores and of novelty."""
+"""The stages of evaluation: from the stores and the files of samples to rows of scores."""
 
 import functools
 
@@ -15,7 +15,6 @@ from neumat.fields.store import read_neumerl, read_samples
 from neumat.files import open_store, read_store, reading
 from neumat.metrics import frechet, inception
 from neumat.metrics.materials import MaterialSet, metric_entries
-from neumat.metrics.novelty import NOVELTY_ENTRIES, nearest_rows, novelty
 from neumat.metrics.score import Scorer
 from neumat.render.sphere import FrozenSphere, render_fields
 from neumat.render.tables import render_combinations, table_matrix
@@ -100,7 +99,7 @@ def coarse_positions(entries, stride):
 
 
 def score_protocol(protocol, samples, draws, size, inception_path, progress=iter):
-    """Return the rows of scores and the rows of novelty of the training set and of every method.
+    """Return the rows of scores of the training set and of every method.
 
     samples: {method: path of its samples}; draws, size: of the training set's draws, and of the samples'.
     inception_path: pytorch-fid's weights (`neumat.metrics.inception`); empty scores without Inception's features.
@@ -109,14 +108,9 @@ def score_protocol(protocol, samples, draws, size, inception_path, progress=iter
     if inception_path:
         weights = inception.read_weights(inception_path)
         features[inception.NAME] = functools.partial(inception.features, weights=weights)
-    reference = protocol.materials(protocol.reference)
-    scorer = Scorer(reference, protocol.name, protocol.seed, features)
-    step = max(1, len(protocol.entries) // NOVELTY_ENTRIES)
-    training = protocol.materials(protocol.train, pictures=False, step=step)
-    held_out = nearest_rows(reference.thinned(step), training)
-    scores, near = [], []
+    scorer = Scorer(protocol.materials(protocol.reference), protocol.name, protocol.seed, features)
+    scores = []
     for method, path in progress({TRAINING_SET: None, **samples}.items()):
         found = protocol.samples(path) if path else protocol.training_draws(draws, size)
         scores.append(scorer.score(found, draws, method))
-        near.append(novelty(held_out, nearest_rows(found.thinned(step), training), method, protocol.name))
-    return pd.concat(scores, ignore_index=True), pd.concat(near, ignore_index=True)
+    return pd.concat(scores, ignore_index=True)

@@ -51,6 +51,21 @@ def test_sorting_learns_all_orders_of_the_channels_from_any():
     assert np.sort(samples[:, -3:]).mean(0) == pytest.approx([0.05, 0.1, 0.3], abs=0.02)
 
 
+def test_mixing_learns_what_lies_between_measured_materials():
+    """Of two measured materials the model makes what no training material is; blends take no part in it."""
+    generator = torch.Generator().manual_seed(0)
+    weights = torch.cat([torch.zeros(1, SIZE), torch.ones(1, SIZE), 5 * torch.randn(8, SIZE, generator=generator)])
+    found = dataset(weights)
+    found.is_source[2:] = False
+    config = TOY | {"components": 9, "batch": 256, "steps": 400, "mixing": 0.0}
+    samples = HyperDiffusion(**config).fit(found, seed=0).draw(400, seed=1)
+    share = samples.mean(1)
+    assert (samples - share[:, None]).abs().mean() < 0.2
+    assert share.mean() == pytest.approx(0.5, abs=0.1) and share.std() == pytest.approx(
+        6**-0.5, abs=0.05
+    )  # half of the pairs are one twice
+
+
 def test_what_begins_with_a_material_ends_with_its_order_of_channels():
     weights = torch.zeros(60, SIZE)
     weights[:, -3:] = torch.tensor([0.05, 0.1, 0.3]) + 0.005 * torch.randn(60, 3, generator=generator())

@@ -4,8 +4,6 @@ import torch
 from neumat.errors import NeumatError
 from neumat.metrics.distances import DISTANCES
 from neumat.metrics.materials import union
-from neumat.metrics.near_copies import HELD_OUT, SAMPLES, novelty_summary
-from neumat.metrics.novelty import nearest_rows, novelty
 from neumat.metrics.score import COLUMNS, Scorer
 
 
@@ -75,21 +73,3 @@ def test_psnr_has_the_neighbours_of_rmse(make_set):
 def test_uneven_draws_are_refused(make_set):
     with pytest.raises(NeumatError, match="multiple of 3"):
         Scorer(make_set(4), "p", 0, {}).score(make_set(10), 3, "m")
-
-
-def test_copies_show_as_near_copies(make_set):
-    training, held_out = make_set(40), make_set(20, seed=1)
-    samples = union(training[:5], make_set(5, seed=2))
-    rows = novelty(*(nearest_rows(part.thinned(2), training.thinned(2)) for part in (held_out, samples)), "m", "p")
-    copies = rows[(rows["set"] == SAMPLES) & (rows["item"] < 5)]
-    assert (copies.value == 0).all() and (copies.nearest == copies["item"]).all()
-    assert (rows[rows["set"] == HELD_OUT].value > 0).all()
-    summary = novelty_summary(rows).set_index("distance")
-    assert (summary.near_copies_percent >= 50).all() and (summary.n_samples == 10).all()
-
-
-def test_a_broken_sample_is_no_near_copy(make_set):
-    training, samples = make_set(10), make_set(2, seed=1)
-    samples.brdf[0] = torch.nan
-    rows = novelty(nearest_rows(make_set(10, seed=2), training), nearest_rows(samples, training), "m", "p")
-    assert rows[(rows["set"] == SAMPLES) & (rows["item"] == 0)].value.tolist() == [torch.inf] * 2

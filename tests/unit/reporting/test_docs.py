@@ -88,16 +88,53 @@ def test_what_a_run_did_not_make_leaves_no_figure(clone):
     assert len(absent) == len(lines) - 4 and not any("nan" in line or "–" in line for line in lines)
 
 
+def covered(shift):
+    """A table of coverage where a null, blends, covers unseen materials by `shift` more than the model."""
+    numbers = {"size": 100, "folds": "fold3", "novelty": 0.06, "novelty, any tint": 0.03, "precision": 0.05}
+    rows = [("hyperdiffusion", 0, 0.04, 0.8), ("copies", 0, 0.05, 1.0), ("blends", 1, 0.04 - shift, 0.7)]
+    table = pd.DataFrame(rows, columns=["method", "level", "coverage", "of_copies"]).assign(**numbers)
+    table.loc[0, ["frontier", "behind", "behind_low", "behind_high"]] = [
+        0.04 - shift,
+        shift,
+        shift - 0.01,
+        shift + 0.01,
+    ]
+    table["null"] = ["blends 1", "", ""]
+    own = pd.DataFrame([{"method": "held-out", "folds": "fold3", "novelty": 0.07, "precision": 0.06}])
+    return pd.concat([table, own], ignore_index=True)
+
+
+@pytest.mark.parametrize(
+    ("shift", "said"), [(0.02, "A null dominates"), (0.0, "as well as the best null"), (-0.02, "better than any null")]
+)
+def test_the_first_line_of_the_results_says_whether_a_null_dominates(clone, shift, said):
+    save(covered(shift), clone / "results/tables/coverage.csv")
+    save(
+        pd.DataFrame([(0.1, "training", 0.5, 80)], columns=["sigma", "side", "error", "materials"]),
+        clone / "results/tables/memorisation.csv",
+    )
+    lines = headline(clone / "results").splitlines()
+    assert said in lines[0] and "`blends 1`" in lines[0]
+    assert "| unseen sources to the nearest of the samples, mean | 0.0400 | 0.0500 (copies)" in lines[4]
+    docs.write_docs(clone / "results", clone / "docs")
+    assert said in (clone / "docs/results.md").read_text()
+
+
+def lines_of_fits(clone):
+    lines = headline(clone / "results").splitlines()
+    return [line for line in lines if line.startswith(("| fits", "| the same of measured materials"))]
+
+
 def test_fits_of_measured_materials_stand_beside_those_of_embedded_ones(clone):
     rows = [("fitted", "psnr", 54.0), ("measured, validation", "psnr", 40.0), ("measured, reporting", "psnr", 50.0)]
     table = pd.DataFrame(rows, columns=["set", "quantity", "median"])
     save(table, clone / "results/tables/fit-summary.csv")
     ladder = pd.DataFrame({"rung": ["lambert", "sgd", "lambert"], "psnr": [10.0, 30.0, 20.0]})
     save(ladder, clone / "results/tables/ladder.csv")
-    fitted, measured = headline(clone / "results").splitlines()[2:4]
+    fitted, measured = lines_of_fits(clone)
     assert fitted.endswith("| 54.0 | 15 (Lambert); 30 (SGD) |  |") and measured.endswith("| 50.0 |  |  |")
     save(table[:1], clone / "results/tables/fit-summary.csv")
-    assert "| not measured |" in headline(clone / "results").splitlines()[3]
+    assert "| not measured |" in lines_of_fits(clone)[1]
 
 
 def test_requests_are_quoted_as_served_and_from_prompts_that_chose_nothing(clone):

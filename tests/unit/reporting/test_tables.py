@@ -4,7 +4,7 @@ import pytest
 
 from neumat.errors import NeumatError
 from neumat.reporting.run_table import covered, run_table
-from neumat.reporting.tables import LABELS, novelty_table, published, table2, table2_markdown
+from neumat.reporting.tables import LABELS, published, table2, table2_markdown
 
 
 @pytest.fixture
@@ -103,27 +103,6 @@ def test_published_figures():
     assert value["vae-a", "mmd", "neg_ssim"] == -0.268
     assert value["merl100", "cov", "neg_ssim"] == 22.5
     assert value["hyperdiffusion", "Frechet-Inception64", "features"] == 0.44
-
-
-def test_novelty_table_joins_files(tmp_path):
-    rows = pd.DataFrame(
-        {
-            "method": "m",
-            "protocol": "p",
-            "set": ["held-out"] * 20 + ["samples"] * 4,
-            "item": [*range(20), *range(4)],
-            "distance": "msl",
-            "value": [*range(1, 21), 0, 1.5, 5, np.inf],
-            "nearest": 0,
-        }
-    )
-    rows.to_csv(tmp_path / "a.csv", index=False)
-    rows.assign(method="n").to_csv(tmp_path / "b.csv", index=False)
-    table = novelty_table([tmp_path / "a.csv", tmp_path / "b.csv"])
-    assert table.method.tolist() == ["m", "n"]
-    # Threshold: the 5 % quantile of 1..20, which is 1.95; of the samples 0 and 1.5 lie below.
-    assert table.threshold[0] == pytest.approx(1.95) and table.near_copies_percent[0] == 50
-    assert (table["median"][0], table.held_out_median[0]) == (3.25, 10.5)
 
 
 HEADER = "s\th:m:s\tmax_rss\tmax_vms\tmax_uss\tmax_pss\tio_in\tio_out\tmean_load\tcpu_time\n"
