@@ -1,8 +1,8 @@
-"""The dense set: its recipe from the sources' fields, and its fits, which cost a fifth of those of the paper's bases.
+"""The dense set: its recipe from the sources' fields, and its fits, which cost a quarter of those of the paper's bases.
 
 A fit starts from the interpolation of the parents' fields and not from the one field that all fits began with, so SOAP
-alone will do: from there it stays nearer to what all fields have in common than Adam gets from afar. It sees a ninth of
-the grid, whose values are made for it.
+alone will do: from there it stays as near to what all fields have in common as Adam gets from afar (the table
+`dense.csv`). It sees a ninth of the grid, whose values are made for it.
 """
 
 import copy
@@ -44,7 +44,7 @@ def load_dense(sources, rows, positions):
     return torch.from_numpy(dense_values(sources, rows, positions.numpy())).transpose(0, 1).contiguous()
 
 
-def fit_dense(values, directions, start, config, seed, progress=iter):
+def fit_dense(values, directions, start, config, seed):
     """Fit K dense bases, at most GROUP; return a dict of tensors, as `fit.fit`.
 
     values: (V, K, 3), 1/sr; start: (K, 675), see `interpolated_fields`. config: of the section `fit` highlight_share,
@@ -57,7 +57,7 @@ def fit_dense(values, directions, start, config, seed, progress=iter):
         raise NeumatError("fit", f"at most {GROUP} materials at a time", count)
     filled = torch.arange(math.ceil(count / FILL) * FILL) % count
     config = config | config["dense"]
-    weights = train(values, directions, start[filled], config, soap, f"{seed}/dense", progress=progress)[:count]
+    weights = train(values, directions, start[filled], config, soap, f"{seed}/dense")[:count]
     weights = torch.where(weights.isfinite().all(1, keepdim=True), weights, start)
     grid, uniform, null = losses(weights, values, directions, directions.held)
     found = {"weights": weights, "loss_grid": grid, "loss_uniform": uniform, "loss_constant": null}
