@@ -46,7 +46,8 @@ def describe(picture, exemplar, names=None):
 
     exemplar: pixels along the side of the exemplar.
     """
-    return {name: STATISTICS[name].describe(picture, exemplar) for name in names or STATISTICS}
+    names = STATISTICS if names is None else names
+    return {name: STATISTICS[name].describe(picture, exemplar) for name in names}
 
 
 class Truth:
