@@ -83,9 +83,7 @@ rule tune:
         protocol="parity",
         tuning=config["conditional"]["tuning"],
         rules=config["constrained"]["rules"],
-        sampling={
-            key: config["generative"]["sampling"][key] for key in ("sampler", "nfe")
-        },
+        sampling=config["conditional"]["sampling"],
         served={key: config["conditional"][key] for key in ("guidance", "candidates")},
         things=contents("config/things.tsv"),
         seed=config["seed"],

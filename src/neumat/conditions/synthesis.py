@@ -68,7 +68,11 @@ class Synthesiser:
         )
         self.projection = Projection(model.notes["encoder"], extra)
         self.encoder = encoder_of(model.notes["encoder"])
-        self.camera = FrozenSphere(*SPHERE)
+
+    @functools.cached_property
+    def camera(self):
+        """The FrozenSphere of pictures, made where one is first needed."""
+        return FrozenSphere(*SPHERE)
 
     @functools.cached_property
     def rendered(self):
@@ -228,14 +232,18 @@ class Synthesiser:
             unlike = (shown - self.appearance(asked["image"])[:, None]).square().mean(2)
             each = unlike.view(len(weights), n, -1)
             return weights[rows, each.argmin(2) + torch.arange(n) * each.shape[2]]
-        return choose(weights, self.fit(self.seen(fields).view(*weights.shape[:2]), asked), n)
+        found = self.seen(fields, "image" in asked).view(*weights.shape[:2])
+        return choose(weights, self.fit(found, asked), n)
 
-    def seen(self, weights):
-        """Return the Seen of fields (m, 675), see `choice`."""
-        edge = self.camera.size // EDGE
+    def seen(self, weights, pictured=True):
+        """Return the Seen of fields (m, 675), see `choice`: with pictures or without."""
         looks = appearance(weights)
-        pictures = render_fields(self.camera, weights)[:, edge:-edge, edge:-edge]
-        return Seen(seen(looks), self.images(pictures), self.descriptions.of(looks))
+        return Seen(seen(looks), self.descriptions.of(looks), self.pictured(weights) if pictured else None)
+
+    def pictured(self, weights):
+        """Return the embedded pictures (m, size) of fields (m, 675)."""
+        edge = self.camera.size // EDGE
+        return self.images(render_fields(self.camera, weights)[:, edge:-edge, edge:-edge])
 
     def fit(self, found, asked):
         """Return how well (r, m) what is `Seen` answers r requests, see `choice.fit`."""

@@ -13,6 +13,7 @@ from neumat.errors import NeumatError
 from neumat.fields.field import evaluate
 from neumat.fields.store import read_neumerl
 from neumat.fields.validity import physical
+from neumat.generative.training import device
 from neumat.metrics.coverage import brightest_first, coverage, nearest, nearest_other, nearest_tinted
 from neumat.metrics.materials import MaterialSet, metric_entries
 from neumat.seeds import torch_generator
@@ -121,7 +122,7 @@ def denoising_error(sides, model):
         data = coordinates.encode(model.sorted(weights)[0])
         for sigma in LEVELS:
             noise = torch.randn(data.shape, generator=torch_generator(sides.seed, "audit", side))
-            noisy, level = (data + sigma * noise).to(denoiser.device), torch.tensor(sigma, device=denoiser.device)
+            noisy, level = (data + sigma * noise).to(device()), torch.tensor(sigma, device=device())
             error = (denoiser(noisy, level).cpu() - data).square().mean().item() / variance
             rows.append((sides.protocol, sigma, side, error, len(weights)))
     return pd.DataFrame(rows, columns=["protocol", "sigma", "side", "error", "materials"])

@@ -129,17 +129,18 @@ def wordless(judging):
 def test_each_request_gets_those_of_its_candidates_whose_pictures_fit(judging, lambert):
     weights = lambert(RED, GREEN, BLUE, GREEN, BLUE, RED).view(2, 3, -1)
     text = normalize(torch.tensor([GREEN, BLUE]), dim=1)
-    for asked in ({"text": text}, {"image": rendered_appearance(lambert(GREEN, BLUE))}, {"text": text, "image": text}):
+    for asked in ({"image": rendered_appearance(lambert(GREEN, BLUE))}, {"text": text, "image": text}):
         found = wordless(judging).best(weights, asked, 1)
         assert torch.equal(found, lambert(GREEN, BLUE)[:, None])
     assert torch.equal(judging.best(weights, {"type": torch.ones(2, 1)}, 2), weights[:, :2])
 
 
-def test_of_good_answers_to_a_text_the_different_ones_are_served(judging, lambert):
+def test_of_good_answers_the_different_ones_are_served(judging, lambert):
     """Of 16, four fit, two of which are alike; the others differ more but do not fit."""
     dark, darker = (0.25, 0.025, 0.025), (0.125, 0.0125, 0.0125)
     weights = lambert(*[GREEN, BLUE] * 6, RED, RED, dark, darker)[None]
-    found = wordless(judging).best(weights, {"text": normalize(torch.tensor([RED]), dim=1)}, 2)
+    red = normalize(torch.tensor([RED]), dim=1)
+    found = wordless(judging).best(weights, {"text": red, "image": red}, 2)
     assert set(map(tuple, found[0].tolist())) == set(map(tuple, lambert(RED, dark).tolist()))
 
 
@@ -169,8 +170,8 @@ def test_of_each_materials_variants_the_most_like_the_picture_is_served(judging,
     assert torch.equal(found[0], lambert(dim, RED))
 
 
-def test_what_is_called_as_the_text_says_wins_where_pictures_say_nothing(judging, toy, lambert):
-    judging.images = lambda pictures: torch.zeros(len(pictures), toy.WORDS)
+def test_what_is_called_as_the_text_says_wins_and_no_picture_is_looked_at(judging, toy, lambert):
+    judging.images = None
     judging.descriptions = Descriptions(encoded_descriptions(toy()))
     weights = lambert(RED, GREEN, BLUE)[None]
     for text, expected in (("red thing", RED), ("a matte blue thing", BLUE), ("green", GREEN)):
