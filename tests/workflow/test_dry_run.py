@@ -32,6 +32,13 @@ def test_default_target_plans_data_to_report(tmp_path, overlays):
         "generalisation_table",
         "generalisation_coverage",
         "export",
+        "dense_recipe",
+        "dense_shard",
+        "dense_gather",
+        "dense_table",
+        "packaged_projection",
+        "packaged_tune",
+        "pack",
         "btf_truth",
         "btf_synthesis",
         "btf_synthesised",
@@ -42,13 +49,14 @@ def test_default_target_plans_data_to_report(tmp_path, overlays):
         "btf_chart",
         "btf_stability",
         "btf_measured",
+        "btf_queries",
     }
 
 
 def test_every_stage_without_wildcards_is_a_target_of_its_own(tmp_path):
     stages = set(RULES) - {"fit_shard", "train", "sample", "score", "run_table"}
     stages -= {"coverage", "constrained", "constrained_sheet", "projection", "tune", "export"}
-    stages -= {"scene", "scene_preview", "scene_models"}
+    stages -= {"scene", "scene_preview", "scene_models", "dense_shard"}
     stages -= {"btf_shard", "btf_capture", "btf_truth", "btf_fit", "btf_quality", "btf_synthesis", "btf_ours"}
     stages -= {"btf_synthesised", "btf_compared", "btf_measured"}
     assert stages <= planned(tmp_path, "--", *stages)
