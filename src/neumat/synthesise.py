@@ -127,7 +127,7 @@ def _write(options, weights):
                 export(material, "merl", options.output, f"material-{j}" if one else f"material-{k}-{j}")
     # A row for each of several requests.
     shown = weights[0, : SHOWN * COLUMNS] if one else weights[:SHOWN, :COLUMNS].flatten(0, 1)
-    pictures = render_fields(FrozenSphere(PIXELS), shown)
+    pictures = render_fields(FrozenSphere(PIXELS, subpixels=2), shown)
     save_image(contact_sheet(pictures, min(COLUMNS, weights.shape[1])), _preview(options))
 
 

@@ -103,7 +103,8 @@ def test_halving_leaves_vectors_and_whole_numbers_as_they_are(model):
 
 
 def test_the_card_shows_the_recipes_figures_and_says_that_they_are_not_the_models():
-    facts = {"size": 11.5, "sources": 100, "blends": 300, "dense": 0, "coordinates": 399, "steps": 5000, "tuning": 6000}
+    facts = {"size": 11.5, "sources": 100, "blends": 300, "dense": 0, "mixing": None, "coordinates": 399}
+    facts |= {"steps": 5000, "tuning": 6000}
     assert EMPTY in model_card(facts) and "dense set" not in model_card(facts)
     columns = ["method", "coverage", "low", "high", "of_copies", "precision", "novelty", "valid"]
     coverage = pd.DataFrame([
@@ -116,7 +117,12 @@ def test_the_card_shows_the_recipes_figures_and_says_that_they_are_not_the_model
         ["text", "report", method, "colour right", value, 9] for method, value in (("conditional", 0.9), ("null", 0.8))
     ]
     conditional = pd.DataFrame(rows, columns=["modality", "use", "method", "measure", "value", "materials"])
-    card = model_card(facts | {"dense": 4000}, coverage, conditional)
-    assert "It has no figures of its own" in card and "fold3, fold4" in card and "4000 bases of the dense set" in card
+    card = model_card(facts | {"dense": 4000, "mixing": 0.1}, coverage, conditional)
+    assert (
+        "It has no figures of its own" in card
+        and "fold3, fold4" in card
+        and "4000 bases of the dense set" in card
+        and "drawn anew" in card
+    )
     assert "| text | colour right | 0.9 | 0.8 |" in card
     assert "| hyperdiffusion | 0.04 |" in card and "| held-out |" in card and "noisy-copies" not in card

@@ -18,6 +18,7 @@ with stage(snakemake):
         "sources": params.sources,
         "blends": params.blends,
         "dense": params.dense,
+        "mixing": model.base.mixing,
         "coordinates": len(model.base.state["coordinates.back"]),
         "steps": model.base.steps,
         "tuning": model.tuning.steps,

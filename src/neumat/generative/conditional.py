@@ -12,13 +12,14 @@ from neumat.checkpoints import read_checkpoint, write_checkpoint
 from neumat.errors import NeumatError
 from neumat.fields.validity import physical
 from neumat.generative.anew import drawn_anew, served
+from neumat.generative.base import SCHEMA as BASE
 from neumat.generative.denoisers import LEVEL_WIDTH
 from neumat.generative.hyperdiffusion import HyperDiffusion
 from neumat.generative.orders import OrderOfRequest, colours
 from neumat.generative.schedule import Denoiser, loguniform_sigmas
 from neumat.generative.training import device, seeded, train
 
-SCHEMA = "4"
+SCHEMA = f"4.{BASE}"  # its own, and that of the model that it was tuned from
 MODALITIES = ("type", "category", "text", "image")
 HIDDEN = 256
 COLOURED = ("text", "image")  # those that may say which colour

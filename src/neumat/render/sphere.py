@@ -29,9 +29,13 @@ class FrozenSphere:
     ring, and `inputs` (6, queries) the same as half and difference vectors; `transfer` (rings, azimuths, nodes) takes
     a ring's values to its radiance at each azimuth; `resampling` (size^2, rings * azimuths), sparse, takes these to
     pixels; `coverage` (size^2, 1) is the share of each pixel that the sphere fills. Nothing here is random.
+
+    A pixel is the mean of subpixels^2 look-ups; at 256 pixels eight take 1.4 seconds to make, and two .1.
     """
 
-    def __init__(self, size=256, rings=96, azimuths=128, strategies=STRATEGIES, environment=scene.environment):
+    def __init__(
+        self, size=256, rings=96, azimuths=128, strategies=STRATEGIES, environment=scene.environment, subpixels=8
+    ):
         self.size = size
         theta_o = (torch.arange(rings, dtype=torch.float64) + 0.5) / rings * (math.pi / 2)
         light, view, weight = hemisphere(theta_o, strategies)
@@ -43,7 +47,7 @@ class FrozenSphere:
         self.inputs = half_difference(self.theta_h, self.theta_d, self.phi_d).T.contiguous()
         lit = [environment(_world(*ring, azimuths)) for ring in zip(light, theta_o, strict=True)]
         self.transfer = torch.stack(lit) * weight[:, None].float()
-        self.resampling, self.coverage = _resampling(size, rings, azimuths)
+        self.resampling, self.coverage = _resampling(size, rings, azimuths, subpixels)
 
     def pictures(self, values):
         """Return linear pictures (n, size, size, 3) of BRDF values (n, 3, queries), 1/sr, at this sphere's queries."""
@@ -67,7 +71,7 @@ def _world(light, theta_o, azimuths):
     return torch.stack([x, y, z.expand_as(x)], -1).float()
 
 
-def _resampling(size, rings, azimuths, subpixels=8):
+def _resampling(size, rings, azimuths, subpixels):
     """Return the CSR matrix (size^2, rings * azimuths) from ring radiances to pixels, and the coverage (size^2, 1).
 
     A pixel is the mean of subpixels^2 bilinear look-ups; those beside the sphere leave room for the background.

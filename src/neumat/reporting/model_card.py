@@ -12,13 +12,14 @@ EMPTY = "They are put here by `make packaged`."
 def model_card(facts, coverage=None, conditional=None):
     """Return the card as Markdown.
 
-    facts: size (MB), sources, blends, dense (how many more bases), coordinates, steps, tuning. coverage, conditional:
-    the tables of these names, DataFrames; None for a card without figures.
+    facts: size (MB), sources, blends, dense (how many more bases), mixing (see HyperDiffusion), coordinates, steps,
+    tuning. coverage, conditional: the tables of these names, DataFrames; None for a card without figures.
     """
     template = files("neumat.reporting").joinpath("data/model.md").read_text(encoding="utf-8")
     dense = f", and {facts['dense']} bases of the dense set" if facts["dense"] else ""
+    mixtures = "" if facts["mixing"] is None else ", learnt as mixtures that are drawn anew in every step,"
     figures = EMPTY if coverage is None else f"{_unseen(coverage)}\n\n{_requests(conditional)}"
-    return template.format(**facts | {"dense": dense}, figures=figures)
+    return template.format(**facts | {"dense": dense, "mixtures": mixtures}, figures=figures)
 
 
 def _unseen(coverage):
