@@ -114,6 +114,7 @@ TARGETS = {
         "results/figures/permutations.png",
         "results/figures/blends.png",
         "results/tables/conditional.csv",
+        "results/tables/things.csv",
         "results/charts/guidance.png",
         "results/tables/categories.csv",
         "results/figures/kmeans.png",

@@ -24,6 +24,7 @@ rule conditions:
         code=code("conditions"),
         types=contents("config/types.tsv"),
         prompts=contents("config/prompts.tsv"),
+        things=contents("config/things.tsv"),
         config={
             key: config["conditional"][key]
             for key in ("encoder", "captions", "pictures", "lightings")
@@ -51,7 +52,7 @@ rule projection:
         runtime=10,
     params:
         code=code("projection"),
-        protocol="parity",
+        protocol="grouped",
         projection=lambda wildcards: projection_of(wildcards.power),
         seed=config["seed"],
     script:
@@ -65,7 +66,7 @@ rule tune:
         conditions=CONDITIONS,
         statistics="results/categories/statistics.csv",
         projection="results/conditional/projection{power}.safetensors",
-        model="results/models/parity/hyperdiffusion.safetensors",
+        model="results/models/grouped/hyperdiffusion.safetensors",
     output:
         "results/conditional/model{power,|@.+}.safetensors",
     log:
@@ -80,7 +81,7 @@ rule tune:
         runtime=45,
     params:
         code=code("tune"),
-        protocol="parity",
+        protocol="grouped",
         tuning=config["conditional"]["tuning"],
         rules=config["constrained"]["rules"],
         sampling=config["conditional"]["sampling"],
@@ -226,3 +227,41 @@ rule text_ablation:
         seed=config["seed"],
     script:
         "../scripts/text_ablation.py"
+
+
+rule things:
+    input:
+        model=CONDITIONAL,
+        neumerl=NEUMERL,
+        manifest=MANIFEST,
+        sources=SOURCES_STORE,
+        conditions=CONDITIONS,
+    output:
+        report(
+            "results/tables/things.csv",
+            caption="../report/things.rst",
+            category="Conditional",
+        ),
+    log:
+        "results/logs/things.log",
+    benchmark:
+        "results/benchmarks/things.tsv"
+    conda:
+        "../envs/neumat.yaml"
+    threads: 1
+    resources:
+        mem_mb=2500,
+        runtime=20,
+    params:
+        code=code("things"),
+        types_of_materials=contents("config/types.tsv"),
+        prompts=contents("config/prompts.tsv"),
+        things=contents("config/things.tsv"),
+        config={
+            key: config["conditional"][key]
+            for key in ("samples", "guidance", "candidates")
+        },
+        sampling_seed=config["generative"]["sampling"]["seed"],
+        seed=config["seed"],
+    script:
+        "../scripts/things.py"

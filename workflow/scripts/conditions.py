@@ -5,6 +5,6 @@ from neumat.stage import config_file, progress, stage
 
 with stage(snakemake):
     store, params = snakemake.input, snakemake.params
-    types, prompts = (config_file(snakemake, f"{name}.tsv") for name in ("types", "prompts"))
-    conditions = make_conditions(store.neumerl, store.manifest, types, prompts, params.config, params.seed, progress)
+    tables = (config_file(snakemake, f"{name}.tsv") for name in ("types", "prompts", "things"))
+    conditions = make_conditions(store.neumerl, store.manifest, *tables, params.config, params.seed, progress)
     write_conditions(snakemake.output[0], conditions)

@@ -3,6 +3,7 @@
 import torch
 
 from neumat.conditions.synthesis import Synthesiser
+from neumat.conditions.training import PROTOCOL
 from neumat.files import atomic_path
 from neumat.metrics.novelty import NOVELTY_ENTRIES
 from neumat.stability.request_bench import StressBench
@@ -14,7 +15,7 @@ PICTURES = 16  # pixels; none is drawn
 
 with stage(snakemake):
     store, params = snakemake.input, snakemake.params
-    protocol = Protocol("parity", store.neumerl, store.manifest, store.sources, params.entries, PICTURES, params.seed)
+    protocol = Protocol(PROTOCOL, store.neumerl, store.manifest, store.sources, params.entries, PICTURES, params.seed)
     entries = protocol.entries[:: max(1, params.entries // NOVELTY_ENTRIES)]
     training = protocol.weights[torch.as_tensor(protocol.train)]
     bench = StressBench(Synthesiser.load(store.model), entries, training, params.guidance, params.seed)

@@ -10,16 +10,36 @@ import functools
 
 import torch
 
+from neumat.fields.layout import SIZE as FIELD
 from neumat.render.sphere import FrozenSphere, render_fields
 
 SIZE, RINGS, AZIMUTHS = 16, 16, 24  # of the pictures that are compared
 PENALTY = 1.0
+GAIN = 4.0
 AXES = 32  # of the appearance of materials: the others hold .01 % of its variance
 
 
 def rendered_appearance(weights):
     """Return the pictures of fields (n, 675) in the camera's own light, sRGB values in 0..1, (n, 3 SIZE^2)."""
     return render_fields(_camera(), weights).flatten(1).float() / 255
+
+
+def gains(found, shown):
+    """Return the gain (n, 3) of each channel, in linear light, by which pictures `found` (n, p) come nearest to those
+    `shown` (n, p), both as `rendered_appearance` returns them; at most GAIN, at least its inverse."""
+    found, shown = (to_linear(x.clamp(0, 1)).view(len(x), -1, 3)[:, _sphere()] for x in (found, shown))
+    return ((found * shown).sum(1) / found.square().sum(1).clamp_min(1e-9)).clamp(1 / GAIN, GAIN)
+
+
+@functools.cache
+def _sphere():
+    """Return which pixels (SIZE^2,) show the sphere alone: those that are black where a material is."""
+    return rendered_appearance(torch.zeros(1, FIELD)).view(-1, 3).amax(1) == 0
+
+
+def to_linear(values):
+    """Return the linear light of sRGB values in 0..1."""
+    return torch.where(values > 0.04045, ((values + 0.055) / 1.055) ** 2.4, values / 12.92)
 
 
 @functools.cache

@@ -11,35 +11,40 @@ CHOOSY = 4  # one in so many candidates is a good answer, of which different one
 COLOUR = [0, 1, 2, 5, 6, 7]  # of a row of ranges: the ends of lightness, chroma and hue
 
 
+RANGES = {"wanted", "avoided"}  # of a request: what is no modality of the model
+
+
 @dataclass(frozen=True)
 class Seen:
     """What requests are compared with, of candidates (r, m) or, for every request the same, (1, m): their positions
-    (.., 5) among `ranges.AXES`, encoded descriptions and, unless None, embedded pictures, each (.., size)."""
+    (.., 5) among `ranges.AXES`, encoded descriptions and embedded pictures, each (.., size); None for pictures that
+    nobody looks at."""
 
     positions: torch.Tensor
     described: torch.Tensor
-    embedded: torch.Tensor | None
+    embedded: torch.Tensor | None = None
 
     def view(self, *shape):
         """Return the same with other leading dimensions."""
         parts = self.positions, self.described, self.embedded
-        return Seen(*(None if part is None else part.view(*shape, part.shape[-1]) for part in parts))
+        return Seen(*(part if part is None else part.view(*shape, part.shape[-1]) for part in parts))
 
 
 def fit(seen, asked, embedded, descriptions):
     """Return how well (r, m) candidates answer r requests, the larger the better.
 
     asked: {modality: rows (r, size), as encoded}, embedded: the same in the common space, see `Synthesiser`. Added up:
-    the cosines of descriptions with the text and, where an image is given, those of pictures with text and image; less
-    what is outside of the ranges that the request wants, and one where all is within those that it denies.
+    the cosines of pictures, where there are any, with text and image and those of descriptions with the text; less what
+    is outside of the ranges that the request wants, and one where all is within those that it denies.
 
     Pictures are left out where a text stands alone: they take most of the time of a request, and with them the prompts
     for validation are answered in the same colours and gloss, but with two thirds of the diversity.
     """
-    told = [name for name in ("text", "image") if name in embedded and "image" in embedded]
-    score = sum((seen.embedded * embedded[name][:, None]).sum(2) for name in told)
+    score = torch.zeros(seen.positions.shape[:-1])
+    if seen.embedded is not None:
+        score = sum(cosines(seen.embedded, embedded[name]) for name in ("text", "image") if name in embedded)
     if "text" in asked:
-        score = score + descriptions.match(seen.described, asked["text"])
+        score = score + cosines(seen.described, descriptions.centred(asked["text"]))
     if "wanted" in asked:
         score = score - misfit(seen.positions, asked["wanted"][:, None])
     if "avoided" in asked:
@@ -48,11 +53,30 @@ def fit(seen, asked, embedded, descriptions):
     return score
 
 
+def cosines(found, wanted):
+    """Return the cosines (r, m) of rows (r, m, size), or (1, m, size) for all alike, with (r, size), of length 1."""
+    return wanted @ found[0].T if len(found) == 1 else torch.einsum("rms,rs->rm", found, wanted)
+
+
 def choose(weights, score, n):
     """Return n (r, n, 675) of fields (r, m, 675): of those whose score (r, m) is best (see CHOOSY), different ones."""
     rows = torch.arange(len(weights))[:, None]
     best = weights[rows, score.topk(max(n, weights.shape[1] // CHOOSY)).indices]
     return best[rows, most_different(best, n)]
+
+
+def only_shown(asked):
+    """Return whether a picture is all that is given of a request."""
+    return asked.keys() - RANGES == {"image"}
+
+
+def colourless(asked):
+    """Return a request without the ranges of colour that it wants."""
+    if "wanted" not in asked:
+        return asked
+    open_ = asked["wanted"].clone()
+    open_[:, COLOUR] = float("nan")
+    return asked | {"wanted": open_}
 
 
 def coloured(wanted):

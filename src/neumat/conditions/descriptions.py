@@ -38,6 +38,6 @@ class Descriptions:
         named = zip(colour_name(seen), gloss_name(seen), things, strict=True)
         return self.features[torch.tensor([DESCRIPTIONS.index(words) for words in named])]
 
-    def match(self, own, texts):
-        """Return the cosines (r, m) of descriptions (r, m, t) or (1, m, t), see `of`, with encoded texts (r, t)."""
-        return (own * normalize(texts - self.centre)[:, None]).sum(2)
+    def centred(self, texts):
+        """Return encoded texts (r, t) as descriptions are compared with them."""
+        return normalize(texts - self.centre)

@@ -10,6 +10,7 @@ as log(1 + f) is; the last layer is solved for by weighted least squares.
 import functools
 import math
 
+import numpy as np
 import torch
 
 from neumat.brdf.coordinates import above_horizon, cosines, grid_angles, half_difference
@@ -27,6 +28,14 @@ RIDGE = 1e-6
 LARGEST_GAIN = 30.0
 
 
+def own_colours(appearance):
+    """Return linear sRGB (n, 3), relative to white, of what a person would call the colour of materials: of a metal
+    that of all it reflects, else that of its body. appearance: see `recoloured`."""
+    metallic = appearance["metallic"].to_numpy(bool)[:, None]
+    diffuse, albedo = (appearance[[f"{name}_{c}" for c in "rgb"]].to_numpy() for name in ("diffuse", "albedo"))
+    return torch.tensor(np.where(metallic, albedo, diffuse) / WHITE, dtype=torch.float32)
+
+
 def recoloured(weights, appearance, colours):
     """Return the fields (n, 675) in other colours.
 
@@ -34,11 +43,7 @@ def recoloured(weights, appearance, colours):
     white, that the appearance of the results is to have.
     """
     metallic = torch.tensor(appearance["metallic"].to_numpy(bool))
-    diffuse, albedo = (
-        torch.tensor(appearance[[f"{name}_{c}" for c in "rgb"]].to_numpy(), dtype=torch.float32)
-        for name in ("diffuse", "albedo")
-    )
-    own = torch.where(metallic[:, None], albedo, diffuse)
+    own = own_colours(appearance) * WHITE
     order = own.argsort(1).gather(1, colours.argsort(dim=1, stable=True).argsort(1))  # channel k is taken from order[k]
     number = (order[:, None] == ORDERS).all(2).int().argmax(1)
     sorted_ = reorder(weights, number)

@@ -15,6 +15,7 @@ from neumat.conditions.encoders import make_encoder
 from neumat.conditions.photos import SPHERE, augmented, lighting
 from neumat.conditions.prompts import read_prompts
 from neumat.conditions.texts import captions, thing_of
+from neumat.conditions.things import known_things, likenesses, read_things
 from neumat.errors import NeumatError
 from neumat.fields.store import read_neumerl
 from neumat.files import atomic_path, read_store, reading
@@ -57,8 +58,9 @@ class Conditions:
         return torch.from_numpy(1 / colour.map(colour.value_counts()).to_numpy(float))
 
 
-def make_conditions(neumerl, manifest, types, prompts, config, seed, progress=iter):
-    """Return the Conditions of all materials. neumerl, manifest, types, prompts: paths.
+def make_conditions(neumerl, manifest, types, prompts, things, config, seed, progress=iter):
+    """Return the Conditions of all materials. neumerl, manifest, types, prompts, things: paths. No caption names a
+    thing that is held out, see `things.held_out`.
 
     config: encoder, captions and pictures (how many of each a material), lightings.
     """
@@ -75,7 +77,8 @@ def make_conditions(neumerl, manifest, types, prompts, config, seed, progress=it
         linear = _pictures(weights, lighting(k % config["lightings"]))
         images.append(encoder.encode_image(augmented(linear, seed, k)))
 
-    said = captions(facts, config["captions"], read_prompts(prompts, table["family"].unique())["prompt"], seed)
+    asked = read_prompts(prompts, table["family"].unique())["prompt"]
+    said = captions(facts, config["captions"], asked, seed, likenesses(seen, known_things(read_things(things), True)))
     distinct = sorted({text for texts in said for text in texts})
     number = {text: i for i, text in enumerate(distinct)}
     encoded = encoder.encode_text(distinct)

@@ -6,17 +6,18 @@ import logging
 import torch
 from torch.nn.functional import normalize
 
-from neumat.conditions.appearance import AppearanceRegression, rendered_appearance
-from neumat.conditions.choice import COLOUR, Seen, choose, coloured, fit, off_colour
+from neumat.conditions.appearance import AppearanceRegression, gains, rendered_appearance
+from neumat.conditions.choice import COLOUR, RANGES, Seen, choose, coloured, colourless, fit, off_colour, only_shown
 from neumat.conditions.colour_names import read_colour
 from neumat.conditions.descriptions import Descriptions
 from neumat.conditions.encoders import encoder_of
+from neumat.conditions.known import Known
 from neumat.conditions.packaged import packaged_model
 from neumat.conditions.photos import SPHERE, check_picture, read_photo
 from neumat.conditions.projection import Projection
 from neumat.conditions.ranges import STEP, colour_row, colours_within, linear_rgb, row, seen
-from neumat.conditions.recolouring import recoloured
-from neumat.conditions.text_input import check_text, readable_text, unknown_words
+from neumat.conditions.recolouring import own_colours, recoloured
+from neumat.conditions.text_input import check_text, comment, readable_text
 from neumat.conditions.things import unpacked
 from neumat.conditions.wanted import Vocabulary
 from neumat.errors import NeumatError
@@ -29,14 +30,11 @@ from neumat.metrics.appearance import appearance
 from neumat.render.sphere import FrozenSphere, render_fields
 from neumat.seeds import seed_for
 
-FAMILIAR = 0.72  # cosine above which words that an encoder knows in pieces only are understood nevertheless
-FARTHEST = 0.5  # cosine to the nearest training caption, below which a text is not about materials
 # Beside the networks, in a checkpoint.
-NEEDED = {"captions", "descriptions", "fields", "positions", "orders", "appearance.axes"}
+NEEDED = {"captions", "descriptions", "fields", "positions", "orders", "embedded", "appearance.axes"}
 # Among its notes: how requests are served, of the config that it was tuned with, and the things that it knows.
 SERVED = {"guidance", "candidates", "things"}
 TOLD = {"text", "image", "wanted"}  # by which candidates can be told apart
-RANGES = {"wanted", "avoided"}  # of a request: what is no modality of the model
 OFF_COLOUR = 0.1  # of `choice.off_colour`, beyond which a colour is told to be missed
 AT_ONCE = 64  # answers to one request, for the memory that their candidates take
 # Of the noise on the training materials that answers to a picture begin with: just below `Tuning.settled`, so that the
@@ -61,6 +59,8 @@ class Synthesiser:
         self.captions = normalize(extra.pop("captions").float())
         self.descriptions = Descriptions(extra.pop("descriptions"))
         positions, orders = extra.pop("positions").long(), extra.pop("orders").long()
+        self.embedded = extra.pop("embedded").float()[positions]
+        self.positions = positions
         self.weights = reorder(extra.pop("fields")[positions], orders)
         state = {name: extra.pop(name) for name in list(extra) if name.startswith("appearance.")}
         self.appearance = AppearanceRegression(
@@ -182,40 +182,58 @@ class Synthesiser:
 
     def start(self, asked, n, candidates):
         """Return what the candidates for n answers to each of r requests, {modality: rows (r, size), as encoded}, begin
-        with. Where a picture is all that is given: (fields (r n candidates, 675), LEVEL), each answer's with another of
-        the training materials that look most like what it shows; else None, for noise alone.
+        with: (fields (r n candidates, 675), LEVEL), or None for noise alone.
 
-        The tuned network learns the pictures of its training materials by heart (at noise 6 its error on those of
-        others is three times as large): what is near to a new one is better told by retrieval (Blattmann et al. 2022).
+        Where a picture is all that is given, each answer's begin with another of the training materials that look most
+        like what it shows; where a text is, each with another of those that answer it best. The tuned network learns
+        the pictures and texts of its training materials by heart (for pictures, at noise 6 its error on those of others
+        is three times as large): what is near to a new one is better told by retrieval (Blattmann et al. 2022).
         """
-        if asked.keys() - RANGES != {"image"}:
-            return None
-        order = self.alike(asked["image"])
-        nearest = order[:, torch.arange(n) % order.shape[1]]  # round and round, where more are asked for than known
-        return self.weights[nearest.repeat_interleave(candidates, 1).flatten()], LEVEL
+        if only_shown(asked):
+            order = self.alike(asked["image"])
+            order = order[:, torch.arange(n) % order.shape[1]]  # round and round, where more are asked for than known
+            return self.weights[order.repeat_interleave(candidates, 1).flatten()], LEVEL
+        if asked.keys() - RANGES == {"text"}:
+            order = self.known.order(self.fit(self.known.seen, colourless(asked)))
+            return self.weights[order[:, torch.arange(n * candidates) % order.shape[1]].flatten()], LEVEL
+        return None
 
-    def alike(self, features):
-        """Return the positions (r, N) among `weights` of the training materials, those first that look most like what
-        each of the encoded pictures (r, i) shows."""
-        return torch.cdist(self.appearance(features), self.rendered).argsort(1)
+    @functools.cached_property
+    def known(self):
+        """The Known training materials."""
+        return Known(self.weights, self.positions, self.embedded, self.descriptions)
+
+    def alike(self, features, rendered=None):
+        """Return the positions (r, N) of the training materials, or of others that are `rendered` (N, p), those first
+        that look most like what each of the encoded pictures (r, i) shows."""
+        return torch.cdist(self.appearance(features), self.rendered if rendered is None else rendered).argsort(1)
+
+    def unlike(self, weights, features):
+        """Return how far (r, m) fields (r, m, 675) look from what encoded pictures (r, i) show."""
+        shown = rendered_appearance(weights.flatten(0, 1)).view(*weights.shape[:2], -1)
+        return (shown - self.appearance(features)[:, None]).square().mean(2)
 
     def recoloured(self, weights, asked):
-        """Return candidates (r, m, 675) in the colours that their requests want: each that is outside of them in one
-        within, unless it is no BRDF then."""
-        if "wanted" not in asked or not coloured(asked["wanted"]).any():
+        """Return candidates (r, m, 675) in the colours of their requests: each that is outside of what is wanted in one
+        within, or, where a picture is all that is given, in that which it shows; unless it is no BRDF then."""
+        wanted = asked.get("wanted")
+        if only_shown(asked) and wanted is None:
+            return self._as_shown(weights, asked["image"])
+        if wanted is None or not coloured(wanted).any():
             return weights
-        fields = weights.flatten(0, 1)
-        wanted = asked["wanted"].repeat_interleave(weights.shape[1], 0)
+        fields, wanted = weights.flatten(0, 1), wanted.repeat_interleave(weights.shape[1], 0)
         looks = appearance(fields)
         positions = seen(looks)
         off = off_colour(positions, wanted).nonzero()[:, 0]
-        if len(off):
-            colours = linear_rgb(colours_within(positions[off], wanted[off]))
-            changed = recoloured(fields[off], looks.iloc[off.numpy()], colours)
-            fields = fields.clone()
-            good = physical(changed)
-            fields[off[good]] = changed[good]
-        return fields.view_as(weights)
+        colours = linear_rgb(colours_within(positions[off], wanted[off]))
+        return _changed(fields, looks, off, colours).view_as(weights)
+
+    def _as_shown(self, weights, features):
+        fields = weights.flatten(0, 1)
+        shown = self.appearance(features).repeat_interleave(weights.shape[1], 0)
+        looks = appearance(fields)
+        colours = own_colours(looks) * gains(rendered_appearance(fields), shown)
+        return _changed(fields, looks, torch.arange(len(fields)), colours).view_as(weights)
 
     def best(self, weights, asked, n):
         """Return n (r, n, 675) of the candidates (r, m, 675) of each of r requests, {modality: rows (r, size), as
@@ -226,24 +244,21 @@ class Synthesiser:
         """
         if not TOLD & asked.keys() or weights.shape[1] == n:
             return weights[:, :n]
-        fields, rows = weights.flatten(0, 1), torch.arange(len(weights))[:, None]
-        if asked.keys() - RANGES == {"image"}:
-            shown = rendered_appearance(fields).view(*weights.shape[:2], -1)
-            unlike = (shown - self.appearance(asked["image"])[:, None]).square().mean(2)
-            each = unlike.view(len(weights), n, -1)
+        if only_shown(asked):
+            each = self.unlike(weights, asked["image"]).view(len(weights), n, -1)
+            rows = torch.arange(len(weights))[:, None]
             return weights[rows, each.argmin(2) + torch.arange(n) * each.shape[2]]
-        found = self.seen(fields, "image" in asked).view(*weights.shape[:2])
-        return choose(weights, self.fit(found, asked), n)
+        return choose(weights, self.fit(self.seen(weights.flatten(0, 1), asked).view(*weights.shape[:2]), asked), n)
 
-    def seen(self, weights, pictured=True):
-        """Return the Seen of fields (m, 675), see `choice`: with pictures or without."""
+    def seen(self, weights, asked):
+        """Return the Seen of fields (m, 675), see `choice`, by which they are told apart for a request. Pictures are
+        drawn where one is asked with: of answers to a text they tell nothing that descriptions don't."""
         looks = appearance(weights)
-        return Seen(seen(looks), self.descriptions.of(looks), self.pictured(weights) if pictured else None)
-
-    def pictured(self, weights):
-        """Return the embedded pictures (m, size) of fields (m, 675)."""
+        if "image" not in asked:
+            return Seen(seen(looks), self.descriptions.of(looks))
         edge = self.camera.size // EDGE
-        return self.images(render_fields(self.camera, weights)[:, edge:-edge, edge:-edge])
+        pictures = render_fields(self.camera, weights)[:, edge:-edge, edge:-edge]
+        return Seen(seen(looks), self.descriptions.of(looks), self.images(pictures))
 
     def fit(self, found, asked):
         """Return how well (r, m) what is `Seen` answers r requests, see `choice.fit`."""
@@ -263,24 +278,9 @@ class Synthesiser:
         features = self.encoder.encode_text(read)
         near = (features @ self.captions.T).amax(1).tolist()
         for text, known, reading, nearest in zip(texts, read, readings, near, strict=True):
-            self._comment(text, known, reading, nearest, force)
+            comment(text, known, reading, nearest, self.encoder, force)
         ranges = {name: torch.stack([getattr(reading, name) for reading in readings]) for name in ("wanted", "avoided")}
         return {"text": features} | ranges
-
-    def _comment(self, text, known, reading, nearest, force):
-        """Warn of what is not understood of a text; see `read_texts`."""
-        unknown, words = unknown_words(known, self.encoder)
-        foreign = 2 * len(unknown) >= max(1, words) and nearest < FAMILIAR
-        if not (reading.words or force) and (foreign or nearest < FARTHEST):
-            expected = "English words for a material, its colour or its gloss (or --force)"
-            raise NeumatError("text", expected, f"{text[:40]!r}, of which nothing is known")
-        for line in reading.told:
-            logging.warning("text %.40r: %s", text, line)
-        if nearest < FARTHEST and not reading.words:
-            logging.warning("text %.40r: unlike any description of a material (similarity %.2f)", text, nearest)
-        elif unknown and nearest < FAMILIAR:
-            logging.warning("text %.40r: %s may not be understood: say it in other English words",
-                            text, ", ".join(unknown[:10]))  # fmt: skip
 
     def encode_texts(self, texts, force=False):
         """Return texts as encoded (n, t), see `read_texts`."""
@@ -296,6 +296,16 @@ def scale(guidance, request):
     what is exaggerated for one modality is lost for another."""
     named = request.keys() - RANGES
     return min((guidance[name] for name in named), default=0.0) if isinstance(guidance, dict) else guidance
+
+
+def _changed(fields, looks, rows, colours):
+    """Return fields (m, 675), the `rows` (k,) of them in other colours (k, 3), unless one is no BRDF then."""
+    if not len(rows):
+        return fields
+    made, fields = recoloured(fields[rows], looks.iloc[rows.numpy()], colours), fields.clone()
+    good = physical(made)
+    fields[rows[good]] = made[good]
+    return fields
 
 
 def _tell_colours(weights, asked):

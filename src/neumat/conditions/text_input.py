@@ -6,6 +6,8 @@ import unicodedata
 
 from neumat.errors import NeumatError
 
+FAMILIAR = 0.72  # cosine above which words that an encoder knows in pieces only are understood nevertheless
+FARTHEST = 0.5  # cosine to the nearest training caption, below which a text is not about materials
 SIGNS = ("Cf", "Co", "Cn", "Me")  # categories of Unicode, beside those of symbols
 NEGATIONS = re.compile(r"\b(not|no|never|without|neither|nor|cannot|\w+n['’]t)\b", re.IGNORECASE)
 # Frequent words of other languages that the encoder's pieces hold, and English has not: articles, colours, stuffs.
@@ -66,6 +68,25 @@ def unknown_words(text, encoder):
         if not text[start:end].isascii() or (start, end) not in whole or text[start:end].lower() in FOREIGN
     ]
     return unknown, len(words)
+
+
+def comment(text, known, reading, nearest, encoder, force):
+    """Warn of what is not understood of a text; raise NeumatError where nothing is, unless `force`.
+
+    known: what the encoder reads of it, reading: see `wanted`, nearest: its cosine to the nearest training caption.
+    """
+    unknown, words = unknown_words(known, encoder)
+    foreign = 2 * len(unknown) >= max(1, words) and nearest < FAMILIAR
+    if not (reading.words or force) and (foreign or nearest < FARTHEST):
+        expected = "English words for a material, its colour or its gloss (or --force)"
+        raise NeumatError("text", expected, f"{text[:40]!r}, of which nothing is known")
+    for line in reading.told:
+        logging.warning("text %.40r: %s", text, line)
+    if nearest < FARTHEST and not reading.words:
+        logging.warning("text %.40r: unlike any description of a material (similarity %.2f)", text, nearest)
+    elif unknown and nearest < FAMILIAR:
+        foreign = ", ".join(unknown[:10])
+        logging.warning("text %.40r: %s may not be understood: say it in other English words", text, foreign)
 
 
 def _is_sign(letter):

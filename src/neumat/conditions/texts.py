@@ -65,7 +65,18 @@ WORDINGS = (
 )
 
 
-def captions(facts, count, unseen, seed):
+# What a caption calls a material that looks like a thing; so many of all captions do, where it looks like any.
+LIKENESSES = (
+    "{likeness}",
+    "{gloss} {likeness}",
+    "{colour} {likeness}",
+    "something like {likeness}",
+    "looks like {likeness}",
+)
+LIKENED = 0.25
+
+
+def captions(facts, count, unseen, seed, likenesses=None):
     """Return a list of `count` captions for each row of `facts`, drawn by `seed` and the row's name.
 
     facts: DataFrame with the columns name, colour (a key of COLOURS), gloss (a key of GLOSS), thing (the description
@@ -73,7 +84,11 @@ def captions(facts, count, unseen, seed):
     of them, nor contains one of several words.
     """
     unseen = [prompt.strip().lower() for prompt in unseen]
-    return [_of_one(row, count, unseen, numpy_generator(seed, "captions", row.name)) for row in facts.itertuples()]
+    likenesses = [()] * len(facts) if likenesses is None else likenesses
+    return [
+        _of_one(row, likeness, count, unseen, numpy_generator(seed, "captions", row.name))
+        for row, likeness in zip(facts.itertuples(), likenesses, strict=True)
+    ]
 
 
 def thing_of(material, types):
@@ -90,12 +105,15 @@ def thing_of(material, types):
     return f"mixture of {things[0]} and {things[1]}", family
 
 
-def _of_one(row, count, unseen, generator):
+def _of_one(row, likenesses, count, unseen, generator):
     made = []
     usable = [w for w in WORDINGS if row.family or not ("{family}" in w or "{finish}" in w)]
     while len(made) < count:
-        wording = usable[generator.integers(len(usable))]
+        likened = len(likenesses) and generator.random() < LIKENED
+        wordings = LIKENESSES if likened else usable
+        wording = wordings[generator.integers(len(wordings))]
         text = wording.format(
+            likeness=generator.choice(likenesses) if likened else "",
             colour=generator.choice(COLOURS[row.colour]),
             gloss=generator.choice(GLOSS[row.gloss]),
             thing=row.thing,

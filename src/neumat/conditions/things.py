@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 import torch
 
-from neumat.conditions.ranges import gloss_range, row
+from neumat.conditions.ranges import gloss_range, misfit, row, seen
 from neumat.errors import NeumatError
 from neumat.files import cause
 from neumat.metrics.words import GLOSS
@@ -52,6 +52,13 @@ def known_things(things, unseen):
     """Return the things that a model knows: all, or, where some are to be `unseen`, those not held out."""
     left = set(held_out(things)) if unseen else set()
     return {names: ranges for names, ranges in things.items() if names not in left}
+
+
+def likenesses(appearance, things):
+    """Return the first names of the things within whose ranges each row of an appearance lies, a list of tuples."""
+    positions, names = seen(appearance), [own[0] for own in things]
+    within = misfit(positions[:, None], torch.stack([*things.values()])) == 0
+    return [tuple(names[k] for k in row.nonzero()[:, 0].tolist()) for row in within]
 
 
 def packed(things):

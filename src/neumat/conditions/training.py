@@ -19,7 +19,7 @@ from neumat.generative.hyperdiffusion import HyperDiffusion
 from neumat.generative.orders import distinct
 from neumat.tables import read_table
 
-PROTOCOL = "parity"
+PROTOCOL = "grouped"
 LANDMARKS = 1500  # captions kept in the checkpoint, to tell texts about materials from others
 
 
@@ -57,9 +57,12 @@ def landmarks(captions, count):
 def for_requests(projection, captions, weights, images):
     """Return the tensors that a Synthesiser needs beside the networks: the Projection, captions (m, t) and what
     materials are called, as encoded, the training materials (n, 675), those that differ by the order of their channels
-    once, and the regression that predicts their rendered appearance from encoded pictures (n, a, i)."""
+    once, with the mean of their embedded pictures, and the regression that predicts their rendered appearance from
+    encoded pictures (n, a, i)."""
     told = AppearanceRegression.fit(images, rendered_appearance(weights)).state
     fields, positions, orders = distinct(weights)
+    seen = projection.image(images).mean(1)
+    embedded = seen.new_zeros(len(fields), seen.shape[1]).index_add_(0, positions, seen)
     return {
         **projection.state,
         **{f"appearance.{name}": value for name, value in told.items()},
@@ -68,6 +71,7 @@ def for_requests(projection, captions, weights, images):
         "fields": fields,
         "positions": positions.int(),
         "orders": orders.byte(),
+        "embedded": normalize(embedded).half(),
     }
 
 
@@ -86,8 +90,11 @@ def tune(paths, protocol, tuning, rules, sampling, served, seed, progress, check
     base = HyperDiffusion.load(paths["model"])
     base.sampler, base.nfe = sampling["sampler"], sampling["nfe"]
     given = training_conditions(conditions, projection, category, train)
+    known = (given["type"] > 0).any(0)  # a type of which all sources are held out can't be asked for
+    given["type"] = given["type"][:, known]
+    types = [name for name, there in zip(conditions.types, known.tolist(), strict=True) if there]
     weights = fitted.weights[torch.as_tensor(train)]
-    notes = {"encoder": conditions.encoder, "types": conditions.types, "categories": list(CATEGORIES)} | served
+    notes = {"encoder": conditions.encoder, "types": types, "categories": list(CATEGORIES)} | served
     spread = normalize(conditions.text[train].flatten(0, 1).unique(dim=0))
     extra = for_requests(projection, landmarks(spread, LANDMARKS), weights, conditions.image[train])
     model = ConditionalDiffusion(base, Tuning(**tuning), notes, extra)

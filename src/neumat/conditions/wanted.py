@@ -18,6 +18,7 @@ LONGEST = 5  # words of a name
 COLOURED = {"coloured", "colored", "colour", "color", "hued", "tinted"}
 NEGATIONS = {"not", "no", "never", "without", "neither", "nor", "non", "isn't", "isn’t"}
 ENDS = {"but", "and", ",", ".", ";", ":"}  # of what a negation denies
+UNTOLD = {"dark", "pale", "drab", "bland", "velvet", "stone", "steel", "leather"}  # names of no one colour
 COLOUR, GLOSS_AXES = slice(0, 3), slice(3, 5)
 # Words for gloss beside those of `texts` and `metrics.words`.
 GLOSS_RANGES = dict.fromkeys(("glossy", "polished", "varnished", "lacquered", "glazed"), ("glossy", "mirror"))
@@ -82,12 +83,16 @@ class Vocabulary:
             elif kind:
                 found.append((kind, ranges, (start, end)))
             k += max(count, 1)
+        if not denied and not {"colour", "named", "thing"} & {kind for kind, *_ in found}:
+            found += self._noun(tokens)
         said = {kind for kind, *_ in found}
         for kind, ranges, (start, end) in found:
             if kind == "named":
                 replaced.append((start, end, _basic(ranges, text[start:end])))
             if kind == "thing":
                 replaced.append((start, start, _described(ranges, said)))
+            if kind == "noun":
+                replaced.append((start, start, f"{_basic(ranges, '')} "))
         wanted, contradictions = _merged(found)
         if contradictions:
             told.append(f"contradicts itself in {' and '.join(contradictions)}: what is said first is served")
@@ -112,6 +117,15 @@ class Vocabulary:
                     kind, ranges = self.entries[form]
                     return kind, colour_row(ranges) if kind == "named" else ranges, count
         return None, None, 0
+
+    def _noun(self, tokens):
+        """Return the first of the tokens, if any, that XKCD's survey names a colour by, such as a fruit, as the list of
+        its (kind, row, span): what is said where no thing is known."""
+        for word, span in tokens:
+            rgb = every_name().get(word)
+            if rgb is not None and word not in UNTOLD:
+                return [("noun", colour_row(rgb), span)]
+        return []
 
     def _colour(self, name):
         """Return the row of a name that "-coloured" follows: only of its colour; None for an unknown name."""
@@ -147,7 +161,7 @@ def _merged(found):
     """
     merged, contradictions = torch.full((2, len(AXES)), OPEN), []
     parts = {
-        "colour": [r for kind, r, _ in found if kind in ("colour", "named")],
+        "colour": [r for kind, r, _ in found if kind in ("colour", "named", "noun")],
         "gloss": [r for kind, r, _ in found if kind == "gloss"],
         "thing": [r for kind, r, _ in found if kind == "thing"],
     }

@@ -7,20 +7,16 @@ from neumat.reporting.markdown import frame_markdown
 from neumat.tables import read_table
 
 _ABSENT = "–"
-_BEST = "conditional, best"  # of several candidates: what requests return
-# Of requests: modality, judge's measure, method, format, words, what looking up is called.
+_BEST = "served, best"  # of several candidates: what requests return
+# What looking up is called: among the training materials, and among these in the wanted colours.
+_LOOK_UPS = {"looked up": "look-up: training", "looked up and recoloured": "look-up: recoloured training"}
+# Of requests: modality, judge's measure, method, format, words.
 _REQUESTS = (
-    ("text", "colour right", _BEST, ".2f", "text: colour right, share of answers", "null: nearest"),
-    ("text", "gloss right", _BEST, ".2f", "text: gloss right, share of answers", "null: nearest"),
-    ("image", "RMSE under new light", _BEST, ".4f", "picture: RMSE under new light", "null: nearest appearance"),
-    (
-        "type",
-        "type right, judge has not seen it",
-        "conditional",
-        ".2f",
-        "type: right, share of answers",
-        "null: nearest",
-    ),
+    ("text", "colour and gloss right", _BEST, ".2f", "text: colour and gloss right, share of answers"),
+    ("text", "colour right", _BEST, ".2f", "text: colour right, share of answers"),
+    ("text", "gloss right", _BEST, ".2f", "text: gloss right, share of answers"),
+    ("image", "RMSE under new light", _BEST, ".4f", "picture: RMSE under new light"),
+    ("type", "type right, judge has not seen it", "conditional", ".2f", "type: right, share of answers"),
 )
 
 
@@ -127,13 +123,14 @@ def _requests(table):
     """Requests that no setting was chosen on."""
     if len(table):
         table = table.assign(method=table["method"].str.replace(r"best of \d+", "best", regex=True))
-    for modality, measure, method, form, words, lookup in _REQUESTS:
-        unasked = "null: unconditional" + (", best" if method == _BEST else "")
-        ours, ignored, looked_up, best = (
-            _value(table, form, modality=modality, use="report", measure=measure, method=name)
-            for name in (method, unasked, lookup, "training set")
-        )
-        yield words, ours, f"{ignored} (no request), {looked_up} (looked up)", best
+    for modality, measure, method, form, words in _REQUESTS:
+        found = {
+            name: _value(table, form, modality=modality, use="report", measure=measure, method=name)
+            for name in (method, "null: unconditional", *_LOOK_UPS.values(), "training set")
+        }
+        nulls = [f"{found['null: unconditional']} (no request)"]
+        nulls += [f"{found[name]} ({way})" for way, name in _LOOK_UPS.items()]
+        yield words, found[method], ", ".join(nulls), found["training set"]
 
 
 def _category(table):

@@ -169,8 +169,9 @@ SECTIONS = (
     Section(
         "Requests",
         "How well answers meet requests, by judges that share nothing with the encoders or the model but the "
-        "definitions of words for colour and gloss. `null: unconditional` ignores the request; `null: nearest` and "
-        "`null: nearest appearance` look the training materials up; `training set` are training materials that are "
+        "definitions of words for colour and gloss. The nulls look known materials up, by the very score that chooses "
+        "what is served: the training materials, these in the wanted colours with as many candidates as the model has, "
+        "and the dense set. `null: unconditional` ignores the request; `training set` are training materials that are "
         "what was asked for, the ceiling. Distances are BRDF-L1-log, RMSE that of pictures. `use`: no setting was "
         "chosen on texts and pictures marked `report`; on prompts marked `earlier` settings were chosen, so read them "
         "as an upper bound. The types are all there are: settings were chosen on the same ones.",
@@ -183,6 +184,13 @@ SECTIONS = (
             "charts/guidance.png": "Requests for validation against the guidance scale: how well they are met, "
             "diversity, invalid draws",
         },
+    ),
+    Section(
+        "Things",
+        "How often answers to the name of a thing lie within its ranges of colour and gloss in config/things.tsv. One "
+        "thing in three is held out from captions and from the choice of answers.",
+        ("tables/things.csv",),
+        tables=(show("tables/things.csv"),),
     ),
     Section(
         "Categories",

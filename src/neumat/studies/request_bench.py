@@ -21,12 +21,14 @@ from neumat.brdf.coordinates import grid_angles
 from neumat.brdf.types import read_types
 from neumat.conditions.photos import SPHERE, augmented, lighting
 from neumat.conditions.prompts import EARLIER, REPORT, VALIDATION, read_prompts
+from neumat.conditions.recolouring import own_colours, recoloured
 from neumat.conditions.store import read_conditions
 from neumat.conditions.texts import thing_of
 from neumat.conditions.training import PROTOCOL
 from neumat.errors import NeumatError
 from neumat.fields.field import evaluate
 from neumat.fields.store import read_neumerl
+from neumat.fields.validity import physical
 from neumat.metrics.alignment import diversity, new_environment, rendered_distance
 from neumat.metrics.appearance import appearance
 from neumat.metrics.materials import MaterialSet, metric_entries
@@ -35,6 +37,7 @@ from neumat.metrics.words import colour_right, gloss_right, says
 from neumat.render.scene import to_srgb8
 from neumat.render.sphere import FrozenSphere, radiance_fields
 from neumat.seeds import numpy_generator
+from neumat.studies.look_up import LookUp
 from neumat.studies.measured_requests import measured_pictures
 from neumat.studies.text_scorer import TextScorer, material_texts, retrieval_rank
 from neumat.studies.type_scorer import TypeScorer, accuracies
@@ -44,6 +47,7 @@ DISTANCE = "brdf_l1_log"
 UNSEEN = 50  # number of a lighting that no training picture has
 SEVERAL = 2  # sources of a type, from which a judge that has not seen the nearest one can know the type
 MET = 0.35  # share of the answers that are right, below which a type counts as not met
+LOOK_UP, RECOLOURED, DENSE = "look-up: training", "look-up: recoloured training", "look-up: dense"
 SIDES = {VALIDATION: (VALIDATION,), REPORT: (EARLIER, REPORT)}  # side -> uses of its prompts
 
 
@@ -78,7 +82,7 @@ class Bench:
     files that are shown too, or None.
     """
 
-    def __init__(self, side, paths, synthesiser, entries, images, measured, seed):
+    def __init__(self, side, paths, synthesiser, entries, images, measured, seed, dense=None):
         self.side, self.seed, self.synthesiser, self.measured = side, seed, synthesiser, measured
         rows, self.table = read_manifest(paths["manifest"]), read_types(paths["types"])
         self.weights = read_neumerl(paths["neumerl"]).weights
@@ -105,6 +109,12 @@ class Bench:
         self.training = self.materials(self.weights[self.train])
         self.sphere = FrozenSphere(PICTURE_SIZE, environment=new_environment)
         self.camera = FrozenSphere(*SPHERE, environment=lighting(UNSEEN))
+        self.look_up = LookUp(synthesiser, self.weights[self.train])
+        plain = (rows["permutation"] == PERMUTATIONS[0]).to_numpy()[
+            self.train
+        ]  # in wanted colours all orders are alike
+        self.plain_look_up = LookUp(synthesiser, self.weights[self.train[plain]])
+        self.dense_look_up = None if dense is None else LookUp(synthesiser, dense)
         self.shown = shown_materials(rows["base"].to_numpy(), self.reference, images, seed)[side]
 
     def materials(self, weights):
@@ -132,7 +142,7 @@ class Bench:
     def _texts_asked(self):
         """Return the Requests of the side's prompts, those of each use for themselves."""
         return [
-            self._asked("text", list(names), {"text": self.synthesiser.encode_texts(list(names))}, use=use)
+            self._asked("text", list(names), self.synthesiser.read_texts(list(names), force=True), use=use)
             for use, names in self.prompts.groupby("use")["prompt"]
         ]
 
@@ -143,18 +153,30 @@ class Bench:
         encoded = {"image": self.synthesiser.encoder.encode_image(taken)}
         return self._asked(modality, names, encoded, targets=targets, shown=taken)
 
-    def nearest(self, requests, n):
-        """Return fields (r n, 675): for each request the n training materials whose embedding is nearest; among equally
-        near ones, at random."""
+    def looked_up(self, requests, n, candidates):
+        """Return {method: fields (r n, 675)}: what the score that serves requests finds among known materials, see
+        `look_up`; `candidates`: of a model, for each answer.
+
+        Among the training materials; among these in the wanted colours; and in the dense set, where there is one. For a
+        type, the known ones of it at random, and the same in the colours of others.
+        """
         if requests.modality == "type":
-            own = torch.nn.functional.normalize(self.conditions.type[self.train])
-        else:
-            own = self.synthesiser.projection.image(self.conditions.image[self.train]).mean(1)
-        (rows,) = requests.embedded.values()
-        cosine = rows @ torch.nn.functional.normalize(own).T
-        order = torch.from_numpy(numpy_generator(self.seed, "nearest").permutation(len(own)))
-        best = order[cosine[:, order].topk(n).indices]
-        return self.weights[self.train][best.flatten()]
+            members = np.concatenate([self._members(requests, i, n) for i in range(len(requests))])
+            weights = self.weights[self.train[members]]
+            generator = numpy_generator(self.seed, "colours")
+            others = self._training_appearance.iloc[generator.integers(len(self.train), size=len(weights))]
+            seen = appearance(weights)
+            made = recoloured(weights, seen, own_colours(others))
+            made = torch.where(physical(made)[:, None], made, weights)
+            return {LOOK_UP: weights, RECOLOURED: made}
+        asked = requests.encoded
+        found = {
+            LOOK_UP: self.look_up.answers(asked, n, candidates),
+            RECOLOURED: self.plain_look_up.recoloured(asked, n, candidates),
+        }
+        if self.dense_look_up:
+            found[DENSE] = self.dense_look_up.answers(asked, n, candidates)
+        return {method: weights.flatten(0, 1) for method, weights in found.items()}
 
     def of_training(self, requests, n):
         """Return (fields, the requests they belong to): training materials that are what is asked for, up to n each.
@@ -164,34 +186,42 @@ class Bench:
         """
         kept, belongs = [], []
         for i in range(len(requests)):
-            members = self._members(requests, i)
-            chosen = numpy_generator(self.seed, "members", requests.names[i]).permutation(members)[:n]
+            chosen = self._members(requests, i)[:n]
             kept.append(self.train[chosen])
             belongs += [i] * len(chosen)
         return self.weights[np.concatenate(kept)], np.array(belongs)
 
-    def _members(self, requests, i):
+    def _members(self, requests, i, n=0):
+        """Return the positions of the training materials that are what request i asks for, in a random order; fewer
+        than `n` round and round."""
+        found = numpy_generator(self.seed, "members", requests.names[i]).permutation(self._fitting(requests, i))
+        return np.resize(found, max(n, len(found)))[: n or None]
+
+    def _fitting(self, requests, i):
         if requests.modality == "type":
-            return (self.conditions.type[self.train] @ requests.encoded["type"][i] == 1).nonzero()[:, 0].numpy()
+            column = self.conditions.types.index(requests.names[i])
+            return (self.conditions.type[self.train, column] == 1).nonzero()[:, 0].numpy()
         if requests.modality == "image":
             values = self.materials(requests.targets[i : i + 1])
             return nearest_training(values, self.training, DISTANCE)[1].numpy()
         if requests.modality == "measured":
             return np.array([], int)
         row = self.prompts.loc[requests.names[i]]
-        if not (row["colour"] or row["gloss"]):
-            return np.array([], int)
         seen = self._training_appearance
-        fits = np.ones(len(seen), bool)
-        if row["colour"]:
-            fits &= colour_right(seen, row["colour"])
-        if row["gloss"]:
-            fits &= gloss_right(seen, row["gloss"])
-        return np.flatnonzero(fits)
+        return np.flatnonzero(_right(seen, row)) if row["colour"] or row["gloss"] else np.array([], int)
 
     @functools.cached_property
     def _training_appearance(self):
         return appearance(self.weights[self.train])
+
+    def both_right(self, requests, weights, belongs):
+        """Return the share of the answers, a Series by request, of which all is true that can be measured of their
+        prompt, colour and gloss; requests of which nothing can be measured are left out."""
+        prompts, seen, shares = self.prompts.loc[requests.names], appearance(weights), {}
+        for i in np.unique(belongs):
+            if prompts["colour"].iloc[i] or prompts["gloss"].iloc[i]:
+                shares[i] = _right(seen[belongs == i], prompts.iloc[i]).mean()
+        return pd.Series(shares, dtype=float)
 
     def judge(self, requests, weights, belongs):
         """Return {measure: (value, how many materials)} of fields (m, 675) that answer the requests `belongs` (m,)."""
@@ -260,6 +290,15 @@ def shown_materials(bases, reference, images, seed):
     validation = order[np.isin(bases[order], several[: min(images, len(several) // 2)])][:images]
     others = order[~np.isin(bases[order], bases[validation])]
     return {VALIDATION: validation, REPORT: others[:images]}
+
+
+def _right(seen, prompt):
+    """Return whether all is true (n,) of an appearance that can be measured of a row of the prompts."""
+    fits = np.ones(len(seen), bool)
+    for column, right in (("colour", colour_right), ("gloss", gloss_right)):
+        if prompt[column]:
+            fits &= right(seen, prompt[column])
+    return fits
 
 
 def _mean(table, column):

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from neumat.fields.validity import physical
+from neumat.studies.request_bench import LOOK_UP
 
 COLUMNS = {
     "type_right": ("type", "type right, judge has not seen it"),
@@ -48,11 +49,12 @@ def _summary(found):
 
 
 def text_row(bench, n, guidance, seed):
-    """Return {"use": the bench's side, measure: value} of n samples for each prompt, and of the nearest training
-    materials."""
+    """Return {"use": the bench's side, measure: value} of n samples for each prompt, and of as many
+    training materials that are looked up."""
     requests = next(requests for requests in bench.requests() if requests.modality == "text")
     every = np.repeat(np.arange(len(requests)), n)
     weights, _ = bench.synthesiser.model.sample(len(every), seed, requests.each(n), guidance)
     row = {measure: value for measure, (value, _) in bench.judge(requests, weights, every).items()}
-    nearest = bench.judge(requests, bench.nearest(requests, n), every)
-    return {"use": bench.side} | row | {f"null: nearest, {measure}": value for measure, (value, _) in nearest.items()}
+    found = bench.look_up.answers(requests.encoded, n, 1).flatten(0, 1)
+    found = bench.judge(requests, found, every)
+    return {"use": bench.side} | row | {f"{LOOK_UP}, {measure}": value for measure, (value, _) in found.items()}

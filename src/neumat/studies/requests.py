@@ -4,23 +4,28 @@ import numpy as np
 import pandas as pd
 
 from neumat.conditions.synthesis import scale
+from neumat.seeds import numpy_generator
 from neumat.studies.request_bench import MET
 
 # Answers to a type that are judged, times as many as to other requests: a judge that has not seen the nearest source
 # can be had for ten types only, and 480 answers to them leave a standard error of .023.
 TYPE_ANSWERS = 6
+SERVED = "served, best of"  # and the number of candidates: what is served
+BOTH = "colour and gloss right"
+RESAMPLED = 2000  # times, of the bootstrap
+COLUMNS = ["modality", "use", "method", "measure", "value", "low", "high", "materials"]
 TYPE_COLUMNS = ["type", "family", "sources", "judged", "right", "unmet", "top1", "top3", "family_accuracy"]
 
 
 def compare(bench, n, guidance, candidates, seed, progress=iter):
     """Return (rows, types, samples): all measures; those of each type; a list of (Requests, fields (r n, 675)).
 
-    Rows have modality, use (what its requests serve for, see `conditions.prompts`), method, measure, value, materials.
-    Methods: "conditional" at `guidance`, {modality: scale}, and
-    for texts and images "conditional, best of k", which `Synthesiser.best` chose from k `candidates` for each, as
-    samples are served; "null: nearest", by the embedding, and for images "null: nearest appearance", by what is
-    predicted from the picture; "null: unconditional" and the same, best of k; "training set", what training materials
-    that are right reach. types: `by_type` of the conditional samples, without rows where no type is known.
+    Rows have modality, use (what its requests serve for, see `conditions.prompts`), method, measure, value, low, high
+    (where a bootstrap over the requests gives them, 95 %), materials. Methods: "conditional" at `guidance`,
+    {modality: scale}; for texts and images "served, best of k": of k `candidates` for each, variants of training
+    materials (see `Synthesiser.start`) in the wanted colours, the best; the look-ups by the same score, see
+    `Bench.looked_up`; "null: unconditional"; "training set", what training materials that are right reach. types:
+    `by_type` of the conditional samples, without rows where no type is known.
     """
     rows, samples, model = [], [], bench.synthesiser.model
     types = pd.DataFrame(columns=TYPE_COLUMNS)
@@ -29,33 +34,51 @@ def compare(bench, n, guidance, candidates, seed, progress=iter):
         more = n * TYPE_ANSWERS if requests.modality == "type" else n
         belongs = np.repeat(np.arange(len(requests)), more)
         weights, drawn = model.sample(len(belongs), seed, requests.each(more), scale(guidance, requests.encoded))
-        answers = {
-            "conditional": (weights, belongs),
-            "null: nearest": (bench.nearest(requests, n), every),
-            "null: unconditional": (model.sample(len(every), seed, {})[0], every),
-            "training set": bench.of_training(requests, n),
-        }
-        if requests.shown is not None:
-            alike = bench.synthesiser.alike(requests.encoded["image"])[:, :n]
-            answers["null: nearest appearance"] = bench.synthesiser.weights[alike].flatten(0, 1), every
+        answers = {"conditional": (weights, belongs)}
         served = weights
         if requests.modality != "type" and candidates > 1:
             best, _ = bench.synthesiser.answers(requests.encoded, n, seed, guidance, candidates)
             served = best.flatten(0, 1)
-            answers[f"conditional, best of {candidates}"] = served, every
-            many, _ = model.candidates(len(every) * candidates, seed, {})
-            best = bench.synthesiser.best(many.view(len(requests), n * candidates, -1), requests.encoded, n)
-            answers[f"null: unconditional, best of {candidates}"] = best.flatten(0, 1), every
+            answers[f"{SERVED} {candidates}"] = served, every
+        for method, fields in bench.looked_up(requests, n, candidates).items():
+            answers[method] = fields, every
+        answers["null: unconditional"] = model.sample(len(every), seed, {})[0], every
+        answers["training set"] = bench.of_training(requests, n)
         samples.append((requests, served))
         label = requests.modality, requests.use
         for method, (fields, whose) in answers.items():
             if len(fields):
                 for measure, (value, count) in bench.judge(requests, fields, whose).items():
-                    rows.append((*label, method, measure, value, count))
-        rows.append((*label, "conditional", "drawn anew", drawn - len(weights), len(weights)))
+                    rows.append((*label, method, measure, value, np.nan, np.nan, count))
+        if requests.modality == "text":
+            rows += [(*label, *row) for row in both_right(bench, requests, answers)]
+        rows.append((*label, "conditional", "drawn anew", drawn - len(weights), np.nan, np.nan, len(weights)))
         if requests.modality == "type":
             types = by_type(*(bench.by_type(requests, weights, belongs, unseen) for unseen in (False, True)))
-    return pd.DataFrame(rows, columns=["modality", "use", "method", "measure", "value", "materials"]), types, samples
+    return pd.DataFrame(rows, columns=COLUMNS), types, samples
+
+
+def both_right(bench, requests, answers):
+    """Return rows (method, measure, value, low, high, answers) of the share of answers of which colour and gloss are
+    right, {method: (fields, the requests they belong to)}: the mean over the prompts, with its interval; and of what is
+    served less each look-up, on the same prompts."""
+    shares = {
+        method: bench.both_right(requests, fields, whose) for method, (fields, whose) in answers.items() if len(fields)
+    }
+    rows = [(method, BOTH, *interval(share), len(answers[method][0])) for method, share in shares.items() if len(share)]
+    for served in (method for method in shares if method.startswith(SERVED)):
+        for other in (method for method in shares if method.startswith("look-up")):
+            gain = (shares[served] - shares[other]).dropna()
+            if len(gain):
+                rows.append((served, f"{BOTH}, less {other}", *interval(gain), len(answers[served][0])))
+    return rows
+
+
+def interval(values):
+    """Return (mean, low, high) of values (n,), one a request: the 95 % interval by a bootstrap over them."""
+    values = np.asarray(values, float)
+    drawn = numpy_generator(0, "requests").integers(len(values), size=(RESAMPLED, len(values)))
+    return values.mean(), *np.quantile(values[drawn].mean(1), (0.025, 0.975))
 
 
 def by_type(seen, unseen):

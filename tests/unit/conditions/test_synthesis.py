@@ -8,9 +8,12 @@ from torch.nn.functional import normalize
 
 from neumat.conditions.appearance import rendered_appearance
 from neumat.conditions.descriptions import Descriptions, encoded_descriptions
+from neumat.conditions.ranges import row, word_row
 from neumat.conditions.synthesis import Synthesiser, check_numbers, scale
 from neumat.errors import NeumatError
 from neumat.generative.conditional import MODALITIES
+from neumat.metrics.appearance import appearance
+from neumat.metrics.words import colour_right
 from neumat.render.sphere import FrozenSphere
 
 
@@ -121,7 +124,7 @@ def judging():
 def wordless(judging):
     """The same, to which descriptions say nothing of a text."""
     judging.descriptions = SimpleNamespace(
-        of=lambda seen: torch.zeros(len(seen), 1), match=lambda own, texts: torch.zeros(own.shape[:2])
+        of=lambda seen: torch.zeros(len(seen), 1), centred=lambda texts: torch.zeros(len(texts), 1)
     )
     return judging
 
@@ -154,8 +157,32 @@ def test_answers_to_a_picture_begin_with_different_materials_that_look_like_it(j
     assert torch.equal(fields[1, 0], lambert(BLUE).expand(3, -1))
     assert level > 0
     assert len(judging.start(asked, 7, 1)[0]) == 14  # more than there are
-    for other in ({"text": asked["image"]}, asked | {"text": asked["image"]}, {}):
+    for other in ({"type": asked["image"]}, asked | {"text": asked["image"]}, {}):
         assert judging.start(other, 2, 3) is None
+
+
+def test_answers_to_a_text_begin_with_different_materials_each_in_its_best_order(judging, lambert, toy):
+    judging.weights = lambert(BLUE, RED, GREEN, (0.3, 0.3, 0.3), (0.05, 0.05, 0.05))
+    judging.positions, judging.embedded = torch.tensor([0, 0, 0, 1, 2]), torch.zeros(5, toy.WORDS)
+    judging.descriptions = Descriptions(encoded_descriptions(toy()))
+    fields, level = judging.start({"text": toy().encode_text(["matte red material"])}, 2, 2)
+    assert torch.equal(fields[0], lambert(RED)[0]) and level > 0
+    assert len({tuple(field.tolist()) for field in fields}) == 3 and torch.equal(fields[3], fields[0])
+
+
+def test_candidates_take_the_colours_that_are_wanted_and_what_fits_stays(judging, lambert):
+    weights = lambert((0.16, 0.02, 0.02), GREEN, BLUE, (0.1, 0.1, 0.1))[None]
+    asked = {"wanted": word_row("red")[None]}
+    found = judging.recoloured(weights, asked)
+    assert torch.equal(found[0, 0], weights[0, 0])
+    assert colour_right(appearance(found[0]), "red").all()
+    assert torch.equal(judging.recoloured(weights, {"wanted": row()[None]}), weights)
+
+
+def test_candidates_take_the_colour_that_a_picture_shows(judging, lambert):
+    target = rendered_appearance(lambert((0.2, 0.1, 0.05)))
+    found = judging.recoloured(lambert((0.1, 0.1, 0.1), (0.05, 0.2, 0.2))[None], {"image": target})
+    assert (rendered_appearance(found[0]) - target).abs().max() < 0.02
 
 
 def test_training_materials_are_rendered_once_and_their_pictures_permuted_as_they_are(judging, lambert):

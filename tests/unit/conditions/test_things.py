@@ -2,12 +2,15 @@
 
 from pathlib import Path
 
+import pandas as pd
 import pytest
 import torch
 
-from neumat.conditions.ranges import misfit
-from neumat.conditions.things import COLUMNS, held_out, known_things, packed, read_things, unpacked
+from neumat.conditions.ranges import misfit, row
+from neumat.conditions.texts import captions
+from neumat.conditions.things import COLUMNS, held_out, known_things, likenesses, packed, read_things, unpacked
 from neumat.errors import NeumatError
+from neumat.metrics.appearance import appearance
 
 CONFIG = Path(__file__).parents[3] / "config"
 
@@ -42,8 +45,19 @@ def test_packed_things_are_the_same(things):
         assert torch.equal(again[names].nan_to_num(-1), ranges.nan_to_num(-1))
 
 
+def test_what_a_material_looks_like_is_told_and_captions_say_so(lambert):
+    things = {("snow", "fresh snow"): row((80, 100), (0, 6)), ("soot",): row((0, 10), (0, 6))}
+    found = likenesses(appearance(lambert(0.35, 0.001, 0.1)), things)
+    assert found == [("snow",), ("soot",), ()]
+    facts = pd.DataFrame({"name": list("abc"), "colour": "gray", "gloss": "matte", "thing": "paint", "family": ""})
+    texts = captions(facts, 60, [], 0, found)
+    said = [{name for name in ("snow", "soot") if any(name in text for text in own)} for own in texts]
+    assert said == [{"snow"}, {"soot"}, set()]
+    assert captions(facts, 60, [], 0)[2] == texts[2]
+
+
 @pytest.mark.parametrize(
-    ("row", "words"),
+    ("line", "words"),
     [
         ("snow\t\t\t80\t\tmatte\tno", ["lightness", "two numbers", "80"]),
         ("snow\t\t\t80-120\t\tmatte\tno", ["lightness", "100"]),
@@ -53,9 +67,9 @@ def test_packed_things_are_the_same(things):
         ("ice\tsnow\t\t\t\tmatte\t\nSnow\t\t\t\t\tmatte\tno", ["line 3", "Snow"]),
     ],
 )
-def test_mistakes_end_in_one_line(row, words, tmp_path):
+def test_mistakes_end_in_one_line(line, words, tmp_path):
     path = tmp_path / "things.tsv"
-    path.write_text("\t".join(COLUMNS) + "\n" + row + "\n")
+    path.write_text("\t".join(COLUMNS) + "\n" + line + "\n")
     with pytest.raises(NeumatError) as error:
         read_things(path)
     assert "\n" not in str(error.value) and all(word in str(error.value) for word in [*words, "things.tsv"])

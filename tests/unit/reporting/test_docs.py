@@ -139,9 +139,10 @@ def test_fits_of_measured_materials_stand_beside_those_of_embedded_ones(clone):
 
 def test_requests_are_quoted_as_served_and_from_prompts_that_chose_nothing(clone):
     values = {
-        "conditional, best of 4": 0.9,
-        "null: unconditional, best of 4": 0.3,
-        "null: nearest": 0.8,
+        "served, best of 4": 0.9,
+        "null: unconditional": 0.3,
+        "look-up: training": 0.8,
+        "look-up: recoloured training": 0.85,
         "training set": 1.0,
         "conditional": 0.7,
     }
@@ -150,8 +151,8 @@ def test_requests_are_quoted_as_served_and_from_prompts_that_chose_nothing(clone
     ]
     table = pd.DataFrame(rows, columns=["modality", "use", "method", "measure", "value"])
     save(table, clone / "results/tables/conditional.csv")
-    line = next(line for line in headline(clone / "results").splitlines() if "text: colour" in line)
-    assert line.endswith("| 0.90 | 0.30 (no request), 0.80 (looked up) | 1.00 |")
+    line = next(line for line in headline(clone / "results").splitlines() if "text: colour right" in line)
+    assert line.endswith("| 0.90 | 0.30 (no request), 0.80 (looked up), 0.85 (looked up and recoloured) | 1.00 |")
 
 
 def test_pictures_are_small_whatever_they_show(clone):

@@ -8,7 +8,7 @@ from torch.nn.functional import one_hot
 
 from neumat.brdf.categories import CATEGORIES
 from neumat.brdf.coordinates import GRID
-from neumat.conditions import encoders, image_files, photos, synthesis, text_input
+from neumat.conditions import encoders, image_files, photos, text_input
 from neumat.conditions.projection import Projection, network
 from neumat.conditions.synthesis import Synthesiser
 from neumat.conditions.training import for_requests
@@ -87,7 +87,7 @@ def test_what_is_expected_of_every_stress_happens(bench, check_stresses):
         ("image: tiny, 8 x 8", (photos, "SMALLEST"), 1),
         ("image: truncated", (ImageFile, "LOAD_TRUNCATED_IMAGES"), True),
         ("image: stored on its side (EXIF)", (image_files, "ORIENTATIONS"), {}),
-        ("text: nonsense, forced", (synthesis, "FARTHEST"), -2.0),
+        ("text: nonsense, forced", (text_input, "FARTHEST"), -2.0),
         ("text: 10,000 words", (text_input.logging, "warning"), lambda *_: None),
     ],
 )

@@ -14,13 +14,15 @@ from torch.nn.functional import pad
 
 from neumat.augment.manifest import draw_manifest, protocol_indices
 from neumat.brdf.types import read_types, type_names, type_rows
+from neumat.conditions.choice import Seen
 from neumat.conditions.prompts import EARLIER, REPORT, VALIDATION
 from neumat.conditions.store import Conditions, write_conditions
+from neumat.conditions.training import PROTOCOL
 from neumat.errors import NeumatError
 from neumat.fields.layout import permute_channels
 from neumat.fields.store import PER_MATERIAL, write_neumerl
 from neumat.studies import request_bench, requests
-from neumat.studies.request_bench import SIDES, Bench, shown_materials
+from neumat.studies.request_bench import LOOK_UP, RECOLOURED, SIDES, Bench, shown_materials
 from neumat.studies.request_sweeps import guidance_sweep, text_row
 
 CONFIG = Path(__file__).parents[3] / "config"
@@ -57,9 +59,10 @@ class Synthesiser:
     def encode(self, type):
         return {"type": torch.eye(len(self.types))[self.types.index(type)][None]}
 
-    def encode_texts(self, texts):
+    def read_texts(self, texts, force):
+        assert force
         self.texts += texts
-        return self.toy.encode_text(texts)
+        return {"text": self.toy.encode_text(texts)}
 
     def encode_image(self, pictures):
         self.pictures += list(pictures)
@@ -78,8 +81,20 @@ class Synthesiser:
     def sample(self, n, *_):
         return self.draw(n), n
 
-    def alike(self, features):
-        return torch.arange(len(self.weights)).expand(len(features), -1)
+    def alike(self, features, rendered):
+        return torch.arange(len(rendered)).expand(len(features), -1)
+
+    def seen(self, weights, asked):
+        return Seen(*torch.zeros(2, len(weights), 1))
+
+    def fit(self, seen, asked):
+        return torch.zeros(len(asked["text"]), seen.positions.shape[1])
+
+    def recoloured(self, weights, asked):
+        return weights
+
+    def unlike(self, weights, features):
+        return torch.zeros(weights.shape[:2])
 
 
 @pytest.fixture(scope="module")
@@ -102,7 +117,7 @@ def stores(tmp_path_factory, field, toy):
     )
     paths = {name: folder / f"{name}.h5" for name in ("neumerl", "conditions")} | {"manifest": folder / "manifest.tsv"}
     paths |= {name: CONFIG / f"{name}.tsv" for name in ("types", "prompts")}
-    train, _ = protocol_indices(rows, "parity")
+    train, _ = protocol_indices(rows, PROTOCOL)
 
     @functools.cache
     def make(side):
@@ -151,6 +166,10 @@ def test_tables_report_the_other_prompts_and_materials_and_say_which_were_used_b
         use: prompts[use] for use in (EARLIER, REPORT)
     }
     assert set(zip(table["modality"], table["use"], strict=True)) == {(r.modality, r.use) for r, _ in samples}
+    looked_up = table[table["method"].isin([LOOK_UP, RECOLOURED])].groupby("method")["modality"].unique()
+    assert all(set(modalities) == {"type", "text", "image"} for modalities in looked_up) and len(looked_up) == 2
+    both = table[table["measure"] == requests.BOTH]
+    assert (both["low"] <= both["value"]).all() and (both["value"] <= both["high"]).all()
     assert types["type"].tolist()[-1] == "all types" and len(types) == len(asked.types) + 1
 
 

@@ -1,0 +1,54 @@
+"""Answers looked up among known materials by the very score that serves requests: what a model must beat."""
+
+import functools
+
+import torch
+
+from neumat.conditions.appearance import rendered_appearance
+from neumat.conditions.choice import CHOOSY, choose, colourless, only_shown
+from neumat.conditions.diversity import most_different
+from neumat.seeds import torch_generator
+
+
+class LookUp:
+    """The look-up of a Synthesiser's requests among fields (N, 675)."""
+
+    def __init__(self, synthesiser, weights):
+        self.synthesiser, self.weights = synthesiser, weights
+
+    @functools.cached_property
+    def _seen(self):
+        return self.synthesiser.seen(self.weights, ()).view(1, len(self.weights))
+
+    @functools.cached_property
+    def _rendered(self):
+        return rendered_appearance(self.weights)
+
+    def answers(self, asked, n, candidates):
+        """Return fields (r, n, 675) for r requests, {modality: rows, as encoded}: for a picture those that look most
+        like what it shows; else different ones of those that answer best, of as many as are left of the candidates of a
+        model that draws so many for each."""
+        order = self._order(asked)
+        if only_shown(asked):
+            return self.weights[order[:, :n]]
+        best = self.weights[order[:, : max(n, n * candidates // CHOOSY)]]
+        return best[torch.arange(len(best))[:, None], most_different(best, n)]
+
+    def recoloured(self, asked, n, candidates):
+        """Return the same of as many as a model has candidates, those that answer best but for their colour, each in
+        the colour that is asked for."""
+        best = self.weights[self._order(colourless(asked))[:, : n * candidates]]
+        best = self.synthesiser.recoloured(best, asked)
+        if only_shown(asked):
+            rows = torch.arange(len(best))[:, None]
+            return best[rows, self.synthesiser.unlike(best, asked["image"]).argsort(1)[:, :n]]
+        seen = self.synthesiser.seen(best.flatten(0, 1), asked).view(*best.shape[:2])
+        return choose(best, self.synthesiser.fit(seen, asked), n)
+
+    def _order(self, asked):
+        """Return positions (r, N), those first that answer best; of equally good ones any."""
+        if only_shown(asked):
+            return self.synthesiser.alike(asked["image"], self._rendered)
+        shuffled = torch.randperm(len(self.weights), generator=torch_generator(0, "look-up"))
+        score = self.synthesiser.fit(self._seen, asked)
+        return shuffled[score[:, shuffled].argsort(dim=1, descending=True, stable=True)]
