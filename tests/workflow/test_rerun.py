@@ -33,7 +33,7 @@ AFTER_SAMPLING = CONSTRAINED | {
     "chart_models",
     "run_table",
 }
-ON_DEMAND = {"conditional", "chart_guidance", "stability_conditional", "text_ablation"}
+ON_DEMAND = {"conditional", "chart_guidance", "stability_conditional", "text_ablation", "pack"}
 
 
 def test_a_second_run_does_nothing(smoke):
@@ -51,7 +51,7 @@ def test_cores_and_threads_rerun_nothing(smoke, arguments):
         ("generative: {sampling: {seed: 1}}", AFTER_SAMPLING | ON_DEMAND - {"stability_conditional"}),
         (
             "evaluate: {bootstrap: 30}",
-            {"unconditional", "generalisation_table", "coverage_table", "generalisation_coverage", "run_table"},
+            {"unconditional", "generalisation_table", "coverage_table", "generalisation_coverage", "pack", "run_table"},
         ),
         ("generative: {methods: {hyperdiffusion: {steps: 20}}}", set()),  # the value that it has
         ("render: {grid_rows: 1}", {"grid", "run_table"}),
@@ -67,7 +67,7 @@ def test_cores_and_threads_rerun_nothing(smoke, arguments):
         ),
         (
             "constrained: {rules: {mirror_width: 0.1}}",
-            CONSTRAINED | ON_DEMAND | {"tune", "categories", "physics", "run_table"},
+            CONSTRAINED | ON_DEMAND | {"tune", "packaged_tune", "categories", "physics", "run_table"},
         ),
     ],
 )
