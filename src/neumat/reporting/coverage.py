@@ -45,7 +45,7 @@ def coverage_table(rows, resamples, seed):
     table = []
     for (method, level, size), i in columns.items():
         row = {"folds": folds, "method": method, "level": level, "size": size}
-        row |= _interval("coverage", means[:, i])
+        row |= dict(zip(("coverage", "low", "high"), _interval(means[:, i]), strict=True))
         row["of_copies"] = means[0, i] / means[0, columns[COPIES, 0, size]]
         row |= medians.loc[method, level].reindex(_MEDIANS).to_dict()
         table.append(row)
@@ -58,8 +58,7 @@ def coverage_table(rows, resamples, seed):
             best = nulls.loc[nulls["coverage"].idxmin()]
             behind = means[:, i] - means[:, columns[best["method"], best["level"], largest]]
             table.loc[i, "frontier"], table.loc[i, "null"] = best["coverage"], f"{best['method']} {best['level']:g}"
-            for name, value in _interval("behind", behind).items():
-                table.loc[i, name] = value
+            table.loc[i, ["behind", "behind_low", "behind_high"]] = _interval(behind)
     own = medians.loc[OWN].iloc[0].reindex(_MEDIANS).to_dict()
     return pd.concat([table, pd.DataFrame([{"folds": folds, "method": OWN, **own}])], ignore_index=True)
 
@@ -91,9 +90,9 @@ def _resampled(protocols, resamples, seed):
     return shares
 
 
-def _interval(name, values):
-    low, high = np.quantile(values[1:], [0.025, 0.975], method="nearest") if len(values) > 1 else [values[0]] * 2
-    return {name: values[0], f"{name}_low": low, f"{name}_high": high}
+def _interval(values):
+    """Return (mean, low, high) of the mean and its resamplings, in this order."""
+    return values[0], *np.quantile(values[1:], [0.025, 0.975], method="nearest")
 
 
 def coverage_chart(table, path_stem):
@@ -113,7 +112,7 @@ def coverage_chart(table, path_stem):
             style = {"color": COLOURS[i % len(COLOURS)], "marker": MARKERS[i % len(MARKERS)]}
             axes.plot(part["precision"], part["coverage"], label=LABELS.get(method, method), ms=4, lw=1, **style)
         model = last[last["method"] == MODEL]
-        spread = [model["coverage"] - model["coverage_low"], model["coverage_high"] - model["coverage"]]
+        spread = [model["coverage"] - model["low"], model["high"] - model["coverage"]]
         axes.errorbar(
             model["precision"], model["coverage"], spread, color=ACCENT, marker="*", ms=11, capsize=3, zorder=4,
             linestyle="none", label="the default model",

@@ -42,7 +42,7 @@ def test_means_over_folds_stand_beside_copies_and_the_best_null_that_is_as_preci
 def test_an_interval_holds_the_mean_and_is_the_same_for_the_same_sources():
     table = coverage_table(rows(VALUES), 500, 0).set_index(["method", "level"])
     shown = table[table["coverage"].notna()]
-    assert ((shown["coverage_low"] < shown["coverage"]) & (shown["coverage"] < shown["coverage_high"])).all()
+    assert ((shown["low"] < shown["coverage"]) & (shown["coverage"] < shown["high"])).all()
     assert coverage_table(rows(VALUES), 500, 0).equals(coverage_table(rows(VALUES), 500, 0))
 
 
