@@ -10,11 +10,15 @@ import pytest
 import torch
 
 from neumat.conditions import packaged
-from neumat.conditions.packaged import halved, packaged_model, write_packaged
+from neumat.conditions.packaged import LARGEST, halved, packaged_model, write_packaged
+from neumat.conditions.synthesis import Synthesiser
 from neumat.errors import NeumatError
+from neumat.fields.validity import valid
 from neumat.generative.base import Dataset
 from neumat.generative.conditional import ConditionalDiffusion, Tuning
 from neumat.generative.registry import make
+from neumat.metrics.appearance import appearance
+from neumat.metrics.words import colour_right
 from neumat.reporting.model_card import EMPTY, model_card
 
 ROOT = Path(__file__).parents[2]
@@ -65,6 +69,19 @@ def test_an_installation_without_it_says_so(monkeypatch, tmp_path):
     monkeypatch.setattr(packaged, "files", lambda package: tmp_path)
     with pytest.raises(NeumatError, match="make packaged"):
         packaged_model()
+
+
+def test_the_model_in_the_package_is_small_and_of_this_version():
+    try:
+        path = packaged_model()
+    except NeumatError:
+        pytest.skip("`make packaged` has not been run")
+    assert path.stat().st_size <= LARGEST
+    synthesiser = Synthesiser.load()
+    weights, _ = synthesiser.synthesise(2, 0, candidates=2, text="red plastic")
+    assert valid(weights).all() and colour_right(appearance(weights), "red").all()
+    for card in (path.with_name("model.md"), ROOT / "docs/model.md"):
+        assert EMPTY not in card.read_text(encoding="utf-8")
 
 
 def test_the_package_holds_what_make_puts_into_it():

@@ -20,7 +20,7 @@ from neumat.generative.orders import distinct
 from neumat.tables import read_table
 
 PROTOCOL = "grouped"
-LANDMARKS = 1500  # captions kept in the checkpoint, to tell texts about materials from others
+LANDMARKS = 1000  # captions kept in the checkpoint, to tell texts about materials from others
 
 
 def read_projection(path):
