@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from neumat.conditions.packaged import write_packaged
+from neumat.conditions.packaged import halved
 from neumat.conditions.photos import read_photo
 from neumat.generative.conditional import ConditionalDiffusion
 from neumat.generative.samplers import EVALUATIONS
@@ -76,7 +76,7 @@ def altered(model, **attributes):
 
 def _packaged(model, folder):
     """Return a ConditionalDiffusion as the package holds one: its weights were rounded to half precision."""
-    write_packaged(folder / "packaged.safetensors", model)
+    halved(model).save(folder / "packaged.safetensors")
     return ConditionalDiffusion.load(folder / "packaged.safetensors")
 
 

@@ -6,11 +6,13 @@ import pytest
 import torch
 from torch.nn.functional import normalize
 
+from neumat.conditions import synthesis
 from neumat.conditions.appearance import rendered_appearance
 from neumat.conditions.descriptions import Descriptions, encoded_descriptions
 from neumat.conditions.ranges import row, word_row
 from neumat.conditions.synthesis import Synthesiser, check_numbers, scale
 from neumat.errors import NeumatError
+from neumat.fields.layout import SIZE
 from neumat.generative.conditional import MODALITIES
 from neumat.metrics.appearance import appearance
 from neumat.metrics.words import colour_right
@@ -72,6 +74,24 @@ def test_requests_are_served_as_the_model_was_configured_where_they_do_not_say(g
     served.best = lambda weights, asked, n: weights[:, :n]
     served.synthesise(2, 0, text="red", **given)
     assert drawn == [expected]
+
+
+def test_many_answers_are_made_a_few_at_a_time_and_every_text_is_answered_as_it_would_be_alone(monkeypatch):
+    made = []
+
+    def answers(asked, n, seed, guidance, candidates):
+        made.append((n, seed))
+        return asked["text"][:, :1, None] + torch.zeros(1, n, SIZE), 2 * n
+
+    monkeypatch.setattr(synthesis, "AT_ONCE", 4)
+    served = Synthesiser.__new__(Synthesiser)
+    served.guidance, served.candidates, served.answers = {"text": 0.0}, 1, answers
+    served.encode = lambda text: {"text": torch.tensor([[float(len(line))] for line in text])}
+    weights, drawn = served.synthesise_each(["a", "bcd"], 6, 5)
+    assert weights.shape == (2, 6, SIZE) and drawn == 24
+    assert (weights[0] == 1).all() and (weights[1] == 3).all()
+    assert [n for n, _ in made] == [4, 2, 4, 2]
+    assert made[:2] == made[2:] and made[0][1] == 5 != made[1][1]
 
 
 def test_an_answer_that_other_programs_show_wrong_is_replaced_by_one_to_the_same_request(lambert, leaning, monkeypatch):
