@@ -49,7 +49,7 @@ def coverage_table(rows, resamples, seed):
         row["of_copies"] = means[0, i] / means[0, columns[COPIES, 0, size]]
         row |= medians.loc[method, level].reindex(_MEDIANS).to_dict()
         table.append(row)
-    table = pd.DataFrame(table)
+    table = pd.DataFrame(table).assign(frontier=np.nan, null="", behind=np.nan, behind_low=np.nan, behind_high=np.nan)
     last = table[table["size"] == largest]
     for i, row in last.iterrows():
         others = last.drop(index=i)
@@ -96,9 +96,10 @@ def _interval(values):
 
 
 def coverage_chart(table, path_stem):
-    """Draw coverage at the largest size against precision: every null a curve over its level, the model a ring.
+    """Draw coverage at the largest size against precision: every null a curve over its level, the model a star.
 
-    table: of `coverage_table`. The dashed line is how far real materials are from one another.
+    table: of `coverage_table`. The star's bar is the interval of the difference from the best null that is as precise.
+    The dashed line is how far real materials are from one another.
     """
     last = table[table["size"] == table["size"].max()]
     own = table[table["method"] == OWN].iloc[0]
@@ -112,7 +113,7 @@ def coverage_chart(table, path_stem):
             style = {"color": COLOURS[i % len(COLOURS)], "marker": MARKERS[i % len(MARKERS)]}
             axes.plot(part["precision"], part["coverage"], label=LABELS.get(method, method), ms=4, lw=1, **style)
         model = last[last["method"] == MODEL]
-        spread = [model["coverage"] - model["low"], model["high"] - model["coverage"]]
+        spread = [model["behind"] - model["behind_low"], model["behind_high"] - model["behind"]]
         axes.errorbar(
             model["precision"], model["coverage"], spread, color=ACCENT, marker="*", ms=11, capsize=3, zorder=4,
             linestyle="none", label="the default model",
