@@ -38,7 +38,9 @@ def parser():
     made.add_argument("--seed", type=int, default=0, help="another seed gives other materials (0)")
     made.add_argument("--model", type=Path, help="a trained model (the one that comes with neumat)")
     made.add_argument("--output", type=Path, default=Path("materials"), help="folder for what is made (materials)")
-    made.add_argument("--preview", type=Path, help="the picture of what is made (preview.png in that folder)")
+    made.add_argument(
+        "--preview", type=Path, help="the picture of what is made, a .png file (preview.png in that folder)"
+    )
     made.add_argument("--merl", action="store_true", help="write each as a MERL .binary file too (33 MB)")
     return made
 
@@ -67,6 +69,8 @@ def checked(options):
     if all(getattr(options, name) is None for name in (*REQUESTS, "requests")):
         names = ", ".join(f"--{name}" for name in (*REQUESTS, "requests"))
         raise NeumatError("request", f"one or more of {names}", "none")
+    if _preview(options).suffix.lower() != ".png":
+        raise NeumatError("--preview", "the name of a .png file", options.preview)
     for option, path in (("--output", options.output), ("--preview", _preview(options).parent)):
         there = next(parent for parent in (path, *path.absolute().parents) if os.path.exists(parent))
         if not there.is_dir():

@@ -84,6 +84,7 @@ def test_help_imports_nothing_that_takes_long():
         (["--image", "absent.png"], ["absent.png"]),
         (["--requests", "absent.txt"], ["absent.txt", "one request a line"]),
         (["--requests", "file"], ["file", "one request a line", "no words"]),
+        (["--text", "red", "--preview", "sheet"], ["--preview", ".png", "sheet"]),
         (["--text", "red", "--preview", "file/sheet.png"], ["--preview", "folder", "file"]),
         (["--text", "red", "--output", "file"], ["--output", "folder", "file"]),
         (["--text", "red", "--output", "file/in/it"], ["--output", "folder", "file"]),

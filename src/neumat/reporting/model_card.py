@@ -41,6 +41,6 @@ def _requests(conditional):
     rows = conditional[conditional["use"] == "report"]
     table = rows.pivot_table("value", ["modality", "measure"], "method", sort=False).reset_index()
     return (
-        "Answers to requests, by judges that share nothing with the model, beside looking the training materials up "
-        f"(`null: ...`).\n\n{frame_markdown(table)}"
+        "Answers to requests, by judges that share nothing with the model, beside those of a look-up by the same score "
+        f"(`look-up: ...`).\n\n{frame_markdown(table)}"
     )
