@@ -184,19 +184,19 @@ class Synthesiser:
         """Return what the candidates for n answers to each of r requests, {modality: rows (r, size), as encoded}, begin
         with: (fields (r n candidates, 675), LEVEL), or None for noise alone.
 
-        Where a picture is all that is given, each answer's begin with another of the training materials that look most
-        like what it shows; where a text is, each with another of those that answer it best. The tuned network learns
-        the pictures and texts of its training materials by heart (for pictures, at noise 6 its error on those of others
-        is three times as large): what is near to a new one is better told by retrieval (Blattmann et al. 2022).
+        Where a picture or a text is all that is given, each with another of the training materials that look most like
+        what it shows, or answer it best. The tuned network learns the pictures and texts of its training materials by
+        heart (for pictures, at noise 6 its error on those of others is three times as large): what is near to a new one
+        is better told by retrieval (Blattmann et al. 2022).
         """
         if only_shown(asked):
             order = self.alike(asked["image"])
-            order = order[:, torch.arange(n) % order.shape[1]]  # round and round, where more are asked for than known
-            return self.weights[order.repeat_interleave(candidates, 1).flatten()], LEVEL
-        if asked.keys() - RANGES == {"text"}:
+        elif asked.keys() - RANGES == {"text"}:
             order = self.known.order(self.fit(self.known.seen, colourless(asked)))
-            return self.weights[order[:, torch.arange(n * candidates) % order.shape[1]].flatten()], LEVEL
-        return None
+        else:
+            return None
+        order = order[:, torch.arange(n * candidates) % order.shape[1]]  # round and round, where too few are known
+        return self.weights[order.flatten()], LEVEL
 
     @functools.cached_property
     def known(self):
@@ -239,15 +239,14 @@ class Synthesiser:
         """Return n (r, n, 675) of the candidates (r, m, 675) of each of r requests, {modality: rows (r, size), as
         encoded}. Where nothing tells them apart, the first n.
 
-        Where a picture is all that is given: of each m / n in a row the one that looks most like what it shows. Else,
-        of those that answer best, different ones, see `choice`.
+        Where a picture is all that is given, those that look most like what it shows; else, of those that answer best,
+        different ones, see `choice`.
         """
         if not TOLD & asked.keys() or weights.shape[1] == n:
             return weights[:, :n]
         if only_shown(asked):
-            each = self.unlike(weights, asked["image"]).view(len(weights), n, -1)
-            rows = torch.arange(len(weights))[:, None]
-            return weights[rows, each.argmin(2) + torch.arange(n) * each.shape[2]]
+            best = self.unlike(weights, asked["image"]).argsort(1)[:, :n]
+            return weights[torch.arange(len(weights))[:, None], best]
         return choose(weights, self.fit(self.seen(weights.flatten(0, 1), asked).view(*weights.shape[:2]), asked), n)
 
     def seen(self, weights, asked):

@@ -1,8 +1,13 @@
 """What synthesis on demand is stressed on, and what is measured of its answers."""
 
+import resource
+
 import torch
 
 from neumat.brdf.coordinates import grid_angles
+from neumat.conditions.choice import off_colour
+from neumat.conditions.colour_names import read_colour
+from neumat.conditions.ranges import STEP, colour_row, seen
 from neumat.fields.field import evaluate
 from neumat.fields.validity import physical, valid
 from neumat.metrics.alignment import diversity
@@ -68,6 +73,25 @@ class StressBench:
         return Answer(
             f"{found}; then {answer.found}", answer.right and (within is None or mean <= within), answer.guard
         )
+
+    def coloured(self, number):
+        """Return the Answer to a colour, with how far the samples are from it, see `conditions.choice.off_colour`."""
+        weights, drawn = self.synthesiser.synthesise(N, self.seed, self.guidance, CANDIDATES, colour=number)
+        answer = self.answer(weights, drawn)
+        off = off_colour(seen(appearance(weights)), colour_row(read_colour(number)))
+        found = f"{STEP * off.max():.1f} beyond the tolerance at most (CIELAB), {answer.found}"
+        return answer._replace(found=found)
+
+    def many(self, n, most):
+        """Return the Answer to a request for n samples; not right where two are the same, or where the process takes
+        more than `most` MB more than before."""
+        before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        weights, drawn = self.synthesiser.synthesise(n, self.seed, self.guidance, CANDIDATES, text="red")
+        grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024
+        twice = n - len(weights.unique(dim=0))
+        answer = self.answer(weights, drawn)
+        found = f"{twice} twice, {'less' if grown < most else 'more'} than {most} MB more, {answer.found}"
+        return answer._replace(found=found, right=answer.right and twice == 0 and grown < most)
 
     def repeated(self, seed):
         """Return the Answer to a text under a seed; not right where a second time differs."""

@@ -22,6 +22,8 @@ from neumat.stability.stress import ANEW, REFUSED, UNNEEDED, WARNED, Answer, Str
 SAMPLED = (UNNEEDED, ANEW, WARNED)  # that a colour is missed is told
 CLOSE = 4  # mean difference of 8-bit values, below which two files show the same picture
 ROUNDING = 0.01  # of bfloat16: mean |log(1 + f) - log(1 + f')|, far below what samples differ by
+MANY, MEMORY = 256, 1000  # samples; MB
+SAME = 1e-4  # of the order of sums in float32, in the same measure
 SAMPLES = "valid samples"
 
 
@@ -35,6 +37,7 @@ def stresses(bench, folder):
     """Yield every Stress of a StressBench; images are written to `folder`, a Path."""
     yield from _settings(bench, folder)
     yield from _texts(bench)
+    yield from _colours(bench)
     yield from _images(bench, folder)
     yield from _conditions(bench)
     yield from _numbers(bench)
@@ -53,11 +56,27 @@ def _settings(bench, folder):
         few = altered(model, nfe=steps * EVALUATIONS[model.base.sampler])
         yield Stress(f"sampling steps: {steps}", f"{SAMPLES} (of 2 steps at least) or one line",
                      (*SAMPLED, REFUSED), lambda few=few: bench.setting(model=few))  # fmt: skip
+    halved = altered(model, integrate=lambda denoise, *rest: model.base.integrate(_halved(denoise), *rest))
+    yield Stress("the same seed, half of the samples at a time", f"within {SAME} of all at once; {SAMPLES}", SAMPLED,
+                 lambda: bench.setting(model=halved, within=SAME))  # fmt: skip
     low = altered(model, integrate=lambda denoise, *rest: model.base.integrate(_bfloat16(denoise), *rest))
     yield Stress("networks in bfloat16", f"within {ROUNDING} of float32; {SAMPLES}", SAMPLED,
                  lambda: bench.setting(model=low, within=ROUNDING))  # fmt: skip
     yield Stress("weights in float16", f"within {ROUNDING} of float32; {SAMPLES}", SAMPLED,
                  lambda: bench.setting(model=_packaged(model, folder), within=ROUNDING))  # fmt: skip
+
+
+def _halved(denoise):
+    """Return `denoise` that takes half of the samples at a time."""
+
+    def halves(x, sigma, rows):
+        middle = len(x) // 2
+        cut = rows.start + middle
+        return torch.cat([
+            denoise(x[:middle], sigma, slice(rows.start, cut)), denoise(x[middle:], sigma, slice(cut, rows.stop)),
+        ])  # fmt: skip
+
+    return halves
 
 
 def _unconditional(bench):
@@ -122,6 +141,14 @@ def _texts(bench):
                      lambda text=text: bench.ask(["red"], text=text), part)  # fmt: skip
 
 
+def _colours(bench):
+    for name in ("blurgh", "#12345", ""):
+        yield refused(f"colour: {name!r}", "#b87333", lambda name=name: bench.ask(colour=name))
+    for name, number in (("pure blue", "#0000ff"), ("pure green", "#00ff00"), ("white", "#fff"), ("black", "#000")):
+        yield Stress(f"colour: {name}, which no training material has", f"{SAMPLES}; what is missed is told", SAMPLED,
+                     lambda number=number: bench.coloured(number))  # fmt: skip
+
+
 def _images(bench, folder):
     def unusual(path, write, mode):
         write(path)
@@ -176,5 +203,7 @@ def _numbers(bench):
     yield Stress("request row times 1e6", f"{SAMPLES} or one line", (*SAMPLED, REFUSED), lambda: scaled(1e6))
     for n in (0, -1):
         yield refused(f"{n} samples", "at least 1 sample", lambda n=n: counted(n))
+    yield Stress(f"{MANY} samples by one request", f"{SAMPLES}, none twice, within {MEMORY} MB more", SAMPLED,
+                 lambda: bench.many(MANY, MEMORY))  # fmt: skip
     for name, seed in (("0", 0), ("-1", -1), ("2 ** 70", 2**70)):
         yield Stress(f"seed {name}", f"{SAMPLES}, twice the same", SAMPLED, lambda seed=seed: bench.repeated(seed))

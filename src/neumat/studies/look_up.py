@@ -5,7 +5,7 @@ import functools
 import torch
 
 from neumat.conditions.appearance import rendered_appearance
-from neumat.conditions.choice import CHOOSY, choose, colourless, only_shown
+from neumat.conditions.choice import CHOOSY, colourless, only_shown
 from neumat.conditions.diversity import most_different
 from neumat.seeds import torch_generator
 
@@ -38,12 +38,7 @@ class LookUp:
         """Return the same of as many as a model has candidates, those that answer best but for their colour, each in
         the colour that is asked for."""
         best = self.weights[self._order(colourless(asked))[:, : n * candidates]]
-        best = self.synthesiser.recoloured(best, asked)
-        if only_shown(asked):
-            rows = torch.arange(len(best))[:, None]
-            return best[rows, self.synthesiser.unlike(best, asked["image"]).argsort(1)[:, :n]]
-        seen = self.synthesiser.seen(best.flatten(0, 1), asked).view(*best.shape[:2])
-        return choose(best, self.synthesiser.fit(seen, asked), n)
+        return self.synthesiser.best(self.synthesiser.recoloured(best, asked), asked, n)
 
     def _order(self, asked):
         """Return positions (r, N), those first that answer best; of equally good ones any."""

@@ -93,8 +93,8 @@ class Synthesiser:
     def recoloured(self, weights, asked):
         return weights
 
-    def unlike(self, weights, features):
-        return torch.zeros(weights.shape[:2])
+    def best(self, weights, asked, n):
+        return weights[:, :n]
 
 
 @pytest.fixture(scope="module")
