@@ -95,6 +95,7 @@ rule tune:
 
 rule conditional:
     input:
+        **({"dense": DENSE} if DENSE_BASES else {}),
         model=CONDITIONAL,
         neumerl=NEUMERL,
         manifest=MANIFEST,

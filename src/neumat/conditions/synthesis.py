@@ -1,28 +1,26 @@
 """New materials on demand: from a type, a text, an image or a category, or several of them at once."""
 
 import functools
-import logging
 
 import torch
 from torch.nn.functional import normalize
 
-from neumat.conditions.appearance import AppearanceRegression, gains, rendered_appearance
-from neumat.conditions.choice import COLOUR, RANGES, Seen, choose, coloured, colourless, fit, off_colour, only_shown
+from neumat.conditions.appearance import AppearanceRegression, rendered_appearance
+from neumat.conditions.choice import COLOUR, RANGES, Seen, choose, coloured, colourless, fit, only_shown
 from neumat.conditions.colour_names import read_colour
+from neumat.conditions.colouring import as_shown, tell_missed, within
 from neumat.conditions.descriptions import Descriptions
 from neumat.conditions.encoders import encoder_of
 from neumat.conditions.known import Known
 from neumat.conditions.packaged import packaged_model
 from neumat.conditions.photos import SPHERE, check_picture, read_photo
 from neumat.conditions.projection import Projection
-from neumat.conditions.ranges import STEP, colour_row, colours_within, linear_rgb, row, seen
-from neumat.conditions.recolouring import own_colours, recoloured
+from neumat.conditions.ranges import colour_row, row, seen
 from neumat.conditions.text_input import check_text, comment, readable_text
 from neumat.conditions.things import unpacked
 from neumat.conditions.wanted import Vocabulary
 from neumat.errors import NeumatError
 from neumat.fields.layout import SIZE as FIELD
-from neumat.fields.validity import physical
 from neumat.generative.anew import served
 from neumat.generative.conditional import ConditionalDiffusion
 from neumat.generative.orders import ORDERS, distinct, reorder
@@ -35,7 +33,6 @@ NEEDED = {"captions", "descriptions", "fields", "positions", "orders", "embedded
 # Among its notes: how requests are served, of the config that it was tuned with, and the things that it knows.
 SERVED = {"guidance", "candidates", "things"}
 TOLD = {"text", "image", "wanted"}  # by which candidates can be told apart
-OFF_COLOUR = 0.1  # of `choice.off_colour`, beyond which a colour is told to be missed
 AT_ONCE = 64  # answers to one request, for the memory that their candidates take
 # Of the noise on the training materials that answers to a picture begin with: just below `Tuning.settled`, so that the
 # unconditional network finishes.
@@ -123,7 +120,8 @@ class Synthesiser:
             )
             part[:] = found[0]
             total += drawn
-        _tell_colours(weights, asked)
+        if "wanted" in asked:
+            tell_missed(weights, asked["wanted"])
         return weights, total
 
     def answers(self, asked, n, seed, guidance, candidates):
@@ -218,22 +216,8 @@ class Synthesiser:
         within, or, where a picture is all that is given, in that which it shows; unless it is no BRDF then."""
         wanted = asked.get("wanted")
         if only_shown(asked) and wanted is None:
-            return self._as_shown(weights, asked["image"])
-        if wanted is None or not coloured(wanted).any():
-            return weights
-        fields, wanted = weights.flatten(0, 1), wanted.repeat_interleave(weights.shape[1], 0)
-        looks = appearance(fields)
-        positions = seen(looks)
-        off = off_colour(positions, wanted).nonzero()[:, 0]
-        colours = linear_rgb(colours_within(positions[off], wanted[off]))
-        return _changed(fields, looks, off, colours).view_as(weights)
-
-    def _as_shown(self, weights, features):
-        fields = weights.flatten(0, 1)
-        shown = self.appearance(features).repeat_interleave(weights.shape[1], 0)
-        looks = appearance(fields)
-        colours = own_colours(looks) * gains(rendered_appearance(fields), shown)
-        return _changed(fields, looks, torch.arange(len(fields)), colours).view_as(weights)
+            return as_shown(weights, self.appearance(asked["image"]))
+        return weights if wanted is None or not coloured(wanted).any() else within(weights, wanted)
 
     def best(self, weights, asked, n):
         """Return n (r, n, 675) of the candidates (r, m, 675) of each of r requests, {modality: rows (r, size), as
@@ -295,27 +279,6 @@ def scale(guidance, request):
     what is exaggerated for one modality is lost for another."""
     named = request.keys() - RANGES
     return min((guidance[name] for name in named), default=0.0) if isinstance(guidance, dict) else guidance
-
-
-def _changed(fields, looks, rows, colours):
-    """Return fields (m, 675), the `rows` (k,) of them in other colours (k, 3), unless one is no BRDF then."""
-    if not len(rows):
-        return fields
-    made, fields = recoloured(fields[rows], looks.iloc[rows.numpy()], colours), fields.clone()
-    good = physical(made)
-    fields[rows[good]] = made[good]
-    return fields
-
-
-def _tell_colours(weights, asked):
-    """Warn where colours that are wanted of weights (t, n, 675) are missed."""
-    if "wanted" in asked and coloured(asked["wanted"]).any():
-        positions = seen(appearance(weights.flatten(0, 1))).view(*weights.shape[:2], -1)
-        off = off_colour(positions, asked["wanted"][:, None])
-        if missed := int((off > OFF_COLOUR).sum()):
-            logging.warning(
-                "colour: %d of %d materials miss it, by up to %.0f (CIELAB)", missed, off.numel(), STEP * off.max()
-            )
 
 
 def check_numbers(n, guidance, candidates):

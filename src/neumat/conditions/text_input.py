@@ -1,9 +1,11 @@
 """Texts as users write them: what of one the encoder can read, and what it may not understand."""
 
+import itertools
 import logging
 import re
 import unicodedata
 
+from neumat.conditions.texts import COLOURS, GLOSS
 from neumat.errors import NeumatError
 
 FAMILIAR = 0.72  # cosine above which words that an encoder knows in pieces only are understood nevertheless
@@ -19,6 +21,7 @@ FOREIGN = frozenset(
     """.split()
 )
 WORD = re.compile(r"[^\W\d_]+")
+PLAIN = frozenset(WORD.findall(" ".join(itertools.chain(*COLOURS.values(), *GLOSS.values()))))  # whatever their pieces
 EMPTY_BRACKETS = re.compile(r"\(\s*\)|\[\s*\]|\{\s*\}")
 
 
@@ -65,7 +68,8 @@ def unknown_words(text, encoder):
     unknown = [
         text[start:end]
         for start, end in words
-        if not text[start:end].isascii() or (start, end) not in whole or text[start:end].lower() in FOREIGN
+        if text[start:end].lower() not in PLAIN
+        and (not text[start:end].isascii() or (start, end) not in whole or text[start:end].lower() in FOREIGN)
     ]
     return unknown, len(words)
 

@@ -73,6 +73,15 @@ def gloss_right(appearance, word):
     return np.isin(names, [word, *GLOSS_ALSO.get(word, ())]).any(0)
 
 
+def prompt_met(appearance, expected):
+    """Return whether all is true (n,) of `appearance` that is `expected`: {"colour": word, "gloss": word}, or empty."""
+    met = np.ones(len(appearance), bool)
+    for column, right in (("colour", colour_right), ("gloss", gloss_right)):
+        if expected[column]:
+            met &= right(appearance, expected[column])
+    return met
+
+
 def says(text, word):
     """Return whether a text holds `word`, of COLOURS, GLOSS or "metallic", or a synonym of it."""
     synonyms = [other for other, meant in (SYNONYMS | GLOSS_SYNONYMS).items() if meant == word]

@@ -4,9 +4,16 @@ import functools
 
 import torch
 
+from neumat.augment.dense import dense_indices
+from neumat.augment.permutations import PERMUTATIONS
 from neumat.conditions.appearance import rendered_appearance
 from neumat.conditions.choice import CHOOSY, colourless, only_shown
 from neumat.conditions.diversity import most_different
+from neumat.conditions.recolouring import own_colours, recoloured
+from neumat.fields.dense_store import read_dense_fields
+from neumat.fields.layout import permute_channels
+from neumat.fields.validity import physical
+from neumat.metrics.appearance import appearance
 from neumat.seeds import torch_generator
 
 
@@ -47,3 +54,19 @@ class LookUp:
         shuffled = torch.randperm(len(self.weights), generator=torch_generator(0, "look-up"))
         score = self.synthesiser.fit(self._seen, asked)
         return shuffled[score[:, shuffled].argsort(dim=1, descending=True, stable=True)]
+
+
+def in_colours_of(weights, others):
+    """Return fields (n, 675) in the colours of other materials, of which the appearance, n rows, is given; one that
+    would be no BRDF stays."""
+    made = recoloured(weights, appearance(weights), own_colours(others))
+    return torch.where(physical(made)[:, None], made, weights)
+
+
+def dense_materials(path, manifest, protocol):
+    """Return the fields (n, 675) of the dense set in `path` that `protocol` trains on and whose fits have converged, in
+    the six orders of their channels."""
+    fields = read_dense_fields(path)
+    own = dense_indices(fields.rows, manifest, protocol)
+    weights = fields.weights[torch.from_numpy(own[fields.fits["converged"][own]])]
+    return torch.cat([permute_channels(weights, order) for order in PERMUTATIONS])

@@ -21,23 +21,21 @@ from neumat.brdf.coordinates import grid_angles
 from neumat.brdf.types import read_types
 from neumat.conditions.photos import SPHERE, augmented, lighting
 from neumat.conditions.prompts import EARLIER, REPORT, VALIDATION, read_prompts
-from neumat.conditions.recolouring import own_colours, recoloured
 from neumat.conditions.store import read_conditions
 from neumat.conditions.texts import thing_of
 from neumat.conditions.training import PROTOCOL
 from neumat.errors import NeumatError
 from neumat.fields.field import evaluate
 from neumat.fields.store import read_neumerl
-from neumat.fields.validity import physical
 from neumat.metrics.alignment import diversity, new_environment, rendered_distance
 from neumat.metrics.appearance import appearance
 from neumat.metrics.materials import MaterialSet, metric_entries
 from neumat.metrics.novelty import NOVELTY_ENTRIES, nearest_training
-from neumat.metrics.words import colour_right, gloss_right, says
+from neumat.metrics.words import colour_right, gloss_right, prompt_met, says
 from neumat.render.scene import to_srgb8
 from neumat.render.sphere import FrozenSphere, radiance_fields
 from neumat.seeds import numpy_generator
-from neumat.studies.look_up import LookUp
+from neumat.studies.look_up import LookUp, dense_materials, in_colours_of
 from neumat.studies.measured_requests import measured_pictures
 from neumat.studies.text_scorer import TextScorer, material_texts, retrieval_rank
 from neumat.studies.type_scorer import TypeScorer, accuracies
@@ -75,14 +73,15 @@ class Requests:
 
 
 class Bench:
-    """The requests and the judges of one evaluation. paths: neumerl, manifest, sources, types, prompts, conditions.
+    """The requests and the judges of one evaluation. paths: neumerl, manifest, sources, types, prompts, conditions
+    and, where there is a dense set, dense.
 
     side: validation, on which settings are chosen, or report. synthesiser: its encoders and projection make the
     requests. entries: of the valid MERL entries. images: how many held-out materials are shown. measured: paths of RGL
     files that are shown too, or None.
     """
 
-    def __init__(self, side, paths, synthesiser, entries, images, measured, seed, dense=None):
+    def __init__(self, side, paths, synthesiser, entries, images, measured, seed):
         self.side, self.seed, self.synthesiser, self.measured = side, seed, synthesiser, measured
         rows, self.table = read_manifest(paths["manifest"]), read_types(paths["types"])
         self.weights = read_neumerl(paths["neumerl"]).weights
@@ -114,6 +113,7 @@ class Bench:
             self.train
         ]  # in wanted colours all orders are alike
         self.plain_look_up = LookUp(synthesiser, self.weights[self.train[plain]])
+        dense = dense_materials(paths["dense"], rows, PROTOCOL) if "dense" in paths else None
         self.dense_look_up = None if dense is None else LookUp(synthesiser, dense)
         self.shown = shown_materials(rows["base"].to_numpy(), self.reference, images, seed)[side]
 
@@ -163,11 +163,8 @@ class Bench:
         if requests.modality == "type":
             members = np.concatenate([self._members(requests, i, n) for i in range(len(requests))])
             weights = self.weights[self.train[members]]
-            generator = numpy_generator(self.seed, "colours")
-            others = self._training_appearance.iloc[generator.integers(len(self.train), size=len(weights))]
-            seen = appearance(weights)
-            made = recoloured(weights, seen, own_colours(others))
-            made = torch.where(physical(made)[:, None], made, weights)
+            others = numpy_generator(self.seed, "colours").integers(len(self.train), size=len(weights))
+            made = in_colours_of(weights, self._training_appearance.iloc[others])
             return {LOOK_UP: weights, RECOLOURED: made}
         asked = requests.encoded
         found = {
@@ -208,7 +205,7 @@ class Bench:
             return np.array([], int)
         row = self.prompts.loc[requests.names[i]]
         seen = self._training_appearance
-        return np.flatnonzero(_right(seen, row)) if row["colour"] or row["gloss"] else np.array([], int)
+        return np.flatnonzero(prompt_met(seen, row)) if row["colour"] or row["gloss"] else np.array([], int)
 
     @functools.cached_property
     def _training_appearance(self):
@@ -220,7 +217,7 @@ class Bench:
         prompts, seen, shares = self.prompts.loc[requests.names], appearance(weights), {}
         for i in np.unique(belongs):
             if prompts["colour"].iloc[i] or prompts["gloss"].iloc[i]:
-                shares[i] = _right(seen[belongs == i], prompts.iloc[i]).mean()
+                shares[i] = prompt_met(seen[belongs == i], prompts.iloc[i]).mean()
         return pd.Series(shares, dtype=float)
 
     def judge(self, requests, weights, belongs):
@@ -290,15 +287,6 @@ def shown_materials(bases, reference, images, seed):
     validation = order[np.isin(bases[order], several[: min(images, len(several) // 2)])][:images]
     others = order[~np.isin(bases[order], bases[validation])]
     return {VALIDATION: validation, REPORT: others[:images]}
-
-
-def _right(seen, prompt):
-    """Return whether all is true (n,) of an appearance that can be measured of a row of the prompts."""
-    fits = np.ones(len(seen), bool)
-    for column, right in (("colour", colour_right), ("gloss", gloss_right)):
-        if prompt[column]:
-            fits &= right(seen, prompt[column])
-    return fits
 
 
 def _mean(table, column):
