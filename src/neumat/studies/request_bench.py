@@ -1,8 +1,9 @@
 """What is asked of samples on demand, and who judges how well they follow.
 
 No judge here shares anything with the encoders or the generative model (`metrics.appearance`, `type_scorer`,
-`text_scorer`, `alignment`). Captions, and what the best candidates are told by, take their words for colour and gloss
-from where the judge does: colour and gloss of "best of k" show what is served, those without what the model knows.
+`text_scorer`, `alignment`). Captions, and what candidates are recoloured to and told by, take their words for colour
+and gloss from where the judge does: colour and gloss of "best of k" and of look-ups show what is served, those without
+what the model knows.
 Requests are the types, the unseen prompts, and pictures of held-out materials. Prompts and pictures have two sides:
 settings are chosen on `validation`, tables report the other. Types are a closed list, so a sweep asks for the same ones
 and draws by another seed.
