@@ -114,10 +114,10 @@ def cushion(resolution=128):
 
     def point(u, v):
         x, z = 2 * u - 1, 2 * v - 1
-        bulge = ((1 - x**4) * (1 - z**4)).clip(0) ** 0.45
+        bulge = ((1 - x**4) * (1 - z**4)).clip(0) ** 0.62
         taut = 1 - 0.12 * (1 - x**2) * z**4 - 0.12 * (1 - z**2) * x**4
         crease = 0.02 * np.sin(9 * np.arctan2(z, x)) * np.hypot(x, z) ** 3 * bulge
-        return x * taut, 0.12 + 0.62 * bulge + crease - 0.1 * (x * z) ** 4, z * taut
+        return x * taut, 0.02 + 0.6 * bulge + crease, z * taut
 
     return _surface(point, resolution, resolution)
 
