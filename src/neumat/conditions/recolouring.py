@@ -25,6 +25,7 @@ GRAZING = 0.05  # cosine, below which no direction is looked at
 DARKEST = 1e-3  # albedo of a body, below which it has no shape to keep
 FLOOR = 0.02  # of log(1 + f): errors count relative to that and this
 RIDGE = 1e-6
+BLOCK = 1 << 9  # fields at a time, for the memory that they take
 LARGEST_GAIN = 30.0
 
 
@@ -46,9 +47,9 @@ def recoloured(weights, appearance, colours):
     own = own_colours(appearance) * WHITE
     order = own.argsort(1).gather(1, colours.argsort(dim=1, stable=True).argsort(1))  # channel k is taken from order[k]
     number = (order[:, None] == ORDERS).all(2).int().argmax(1)
-    sorted_ = reorder(weights, number)
-    target = colours * WHITE
-    return _solved(sorted_, _values(sorted_, target, own.gather(1, order), metallic))
+    whole = reorder(weights, number), colours * WHITE, own.gather(1, order), metallic
+    parts = zip(*(each.split(BLOCK) for each in whole), strict=True)
+    return torch.cat([_solved(part[0], _values(*part)) for part in parts])
 
 
 def _values(weights, target, own, metallic):

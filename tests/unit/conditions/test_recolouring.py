@@ -58,3 +58,11 @@ def test_a_request_for_a_number_is_met_within_its_tolerance(ladder):
         colours = linear_rgb(colours_within(seen(looks), wanted))
         off = misfit(seen(appearance(recoloured(weights, looks, colours))), wanted)
         assert (off < 0.1).all(), off
+
+
+def test_a_field_does_not_depend_on_the_others(ladder, monkeypatch):
+    weights = torch.stack([ladder[name] for name in ("matte", "satin", "steel", "plastic", "rough")])
+    looks, colours = appearance(weights), COLOURS[[0, 1, 2, 0, 1]]
+    whole = recoloured(weights, looks, colours)
+    monkeypatch.setattr("neumat.conditions.recolouring.BLOCK", 2)
+    assert torch.allclose(recoloured(weights, looks, colours), whole, atol=1e-5)
