@@ -172,6 +172,8 @@ def expectation(schema):
     """Return in words what values `schema`, one key's, allows."""
     if "enum" in schema:
         return " or ".join(json.dumps(value) for value in schema["enum"])
+    if "anyOf" in schema:
+        return " or ".join(map(expectation, schema["anyOf"]))
     types = schema["type"] if isinstance(schema["type"], list) else [schema["type"]]
     text = " or ".join(types)
     if "items" in schema:

@@ -119,7 +119,7 @@ def test_unreadable_files_and_other_schemas_are_refused(fitted, tmp_path, monkey
     monkeypatch.setattr("neumat.generative.base.SCHEMA", "999")
     fitted["copies"].save(path)
     monkeypatch.undo()
-    with pytest.raises(NeumatError, match="schema 3; found 999"):
+    with pytest.raises(NeumatError, match=r"schema \d+; found 999"):
         METHODS["copies"].load(path)
 
 

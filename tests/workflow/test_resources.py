@@ -23,7 +23,8 @@ DECLARED = re.compile(r"^ +threads: (\d+)\n +resources:\n +mem_mb=(\d+),\n +runt
 @pytest.mark.parametrize("name", RULES)
 def test_every_rule_declares_threads_memory_and_time(name):
     threads, memory, minutes = map(int, DECLARED.search(RULES[name]).groups())
-    assert threads == 1  # as many as `neumat.stage` lets torch use: results must not depend on them
+    # As many as `neumat.stage` lets torch use: results must not depend on them. Queries are timed on two, as published.
+    assert threads == (2 if name == "btf_queries" else 1)
     assert 1000 <= memory <= 8000 and memory % 500 == 0 and 10 <= minutes <= 240
 
 

@@ -48,7 +48,7 @@ rule pack:
     threads: 1
     resources:
         mem_mb=1000,
-        runtime=5,
+        runtime=10,
     params:
         code=code("pack"),
         sources=len(SOURCES),
