@@ -44,9 +44,8 @@ rule dense_shard:
         code=code("dense_shard"),
         fit={
             key: config["fit"][key]
-            for key in ("highlight_share", "schedule", "precision")
-        }
-        | {"dense": section("fit")["dense"]},
+            for key in ("highlight_share", "schedule", "precision", "dense")
+        },
         indices=dense_shard_indices,
         seed=config["seed"],
     script:

@@ -53,14 +53,14 @@ class AnyTexel:
 
     def __init__(self, representation):
         self.representation, self.generator = representation, torch_generator(0, "any texel")
+        self.plane = representation.positional().flatten(0, 1)
 
     def eval(self, theta_h, theta_d, phi_d):
         """Return f (n, 3), 1/sr, without the cosine of the light."""
         azimuth = torch.rand(len(theta_h), generator=self.generator) * (2 * math.pi)
         light, view = (_turned(each, azimuth).float() for each in directions(theta_h, theta_d, phi_d))
-        plane = self.representation.positional().flatten(0, 1)
-        texel = torch.randint(len(plane), (len(theta_h),), generator=self.generator)
-        return self.representation.eval(plane[texel], light, view) / light[:, 2:].clamp_min(1e-3)
+        texel = torch.randint(len(self.plane), (len(theta_h),), generator=self.generator)
+        return self.representation.eval(self.plane[texel], light, view) / light[:, 2:].clamp_min(1e-3)
 
 
 def _turned(direction, azimuth):
@@ -79,6 +79,7 @@ def _classes():
             if name not in SYNTHESES:
                 raise NeumatError("btf: synthesis", f"one of {', '.join(SYNTHESES)}", repr(name))
             btf = endless(representation, name, properties.get("seed", 0), flag(properties, PLUGIN, "tileable"))
+            self.value = self.compiled if dr.is_jit_v(mi.Float) else self.interpreted
             if dr.is_jit_v(mi.Float):
                 half = dr.backend_v(mi.Float) == dr.JitBackend.CUDA
                 self.endless, self.decoder = endless_plane(btf.synthesis), Decoder(representation, half)
@@ -99,8 +100,7 @@ def _classes():
             # The frame's second axis is at right angles to the first; where uv is mirrored, v runs the other way.
             turned = dr.select(dr.dot(si.sh_frame.t, si.dp_dv) < 0, -1.0, 1.0)
             light, view = (mi.Vector3f(each.x, turned * each.y, each.z) for each in (light, view))
-            value = self.compiled if dr.is_jit_v(mi.Float) else self.interpreted
-            value = called(value, active, si.uv, self.level_of(si), light, view) * self.scale
+            value = called(self.value, active, si.uv, self.level_of(si), light, view) * self.scale
             return value if radiance else value * (wo.z / dr.maximum(si.wi.z, 1e-6))
 
         def level_of(self, si):

@@ -11,6 +11,7 @@ import functools
 import torch
 
 from neumat.fields.layout import SIZE as FIELD
+from neumat.render.scene import to_linear
 from neumat.render.sphere import FrozenSphere, render_fields
 
 SIZE, RINGS, AZIMUTHS = 16, 16, 24  # of the pictures that are compared
@@ -35,11 +36,6 @@ def gains(found, shown):
 def _sphere():
     """Return which pixels (SIZE^2,) show the sphere alone: those that are black where a material is."""
     return rendered_appearance(torch.zeros(1, FIELD)).view(-1, 3).amax(1) == 0
-
-
-def to_linear(values):
-    """Return the linear light of sRGB values in 0..1."""
-    return torch.where(values > 0.04045, ((values + 0.055) / 1.055) ** 2.4, values / 12.92)
 
 
 @functools.cache

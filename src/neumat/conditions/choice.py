@@ -9,8 +9,6 @@ from neumat.conditions.ranges import misfit
 
 CHOOSY = 4  # one in so many candidates is a good answer, of which different ones are served
 COLOUR = [0, 1, 2, 5, 6, 7]  # of a row of ranges: the ends of lightness, chroma and hue
-
-
 RANGES = {"wanted", "avoided"}  # of a request: what is no modality of the model
 
 

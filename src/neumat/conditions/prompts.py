@@ -5,14 +5,11 @@ Settings are chosen on the prompts for `validation` only; tables report the othe
 projection, the tuning and the thresholds of `conditions.synthesis` were chosen on them.
 """
 
-import csv
 from pathlib import Path
 
-import pandas as pd
-
 from neumat.errors import NeumatError
-from neumat.files import cause
 from neumat.metrics.words import COLOURS, GLOSS, GLOSS_SYNONYMS, SYNONYMS
+from neumat.tables import read_texts
 
 COLUMNS = ("prompt", "colour", "gloss", "family", "use")
 VALIDATION, EARLIER, REPORT = USES = ("validation", "earlier", "report")
@@ -27,14 +24,7 @@ def read_prompts(path, families):
     expectation that is no word of `neumat.metrics.words` or no family.
     """
     path, known = Path(path), WORDS | {"family": tuple(families)}
-    try:
-        table = pd.read_csv(path, sep="\t", dtype=str, keep_default_na=False, quoting=csv.QUOTE_NONE)
-    except OSError as error:
-        raise NeumatError(path, "a table of prompts (TSV)", cause(path, error)) from error
-    except (UnicodeDecodeError, pd.errors.ParserError, pd.errors.EmptyDataError) as error:
-        raise NeumatError(path, "a table of prompts (TSV)", " ".join(str(error).split())) from error
-    if tuple(table.columns) != COLUMNS:
-        raise NeumatError(path, f"the columns {', '.join(COLUMNS)}", ", ".join(map(repr, table.columns)))
+    table = read_texts(path, "a table of prompts", COLUMNS)
     for line, row in enumerate(table.to_dict("records"), start=2):
         if not row["prompt"].strip():
             raise NeumatError(f"{path}, line {line}", "a prompt", "none")

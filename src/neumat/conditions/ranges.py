@@ -13,6 +13,7 @@ import torch
 from skimage.color import lab2rgb, rgb2lab
 
 from neumat.metrics.words import GLOSS, gloss_name
+from neumat.render.scene import to_linear
 
 AXES = ("lightness", "chroma", "hue", "gloss", "metal")
 SIZE = 2 * len(AXES)
@@ -113,7 +114,7 @@ def linear_rgb(colours):
     lab = np.stack([lightness, chroma * np.cos(hue), chroma * np.sin(hue)], 1)
     with warnings.catch_warnings(action="ignore"):  # of colours that sRGB does not hold
         encoded = lab2rgb(lab[None])[0]
-    return torch.from_numpy(np.where(encoded > 0.04045, ((encoded + 0.055) / 1.055) ** 2.4, encoded / 12.92)).float()
+    return to_linear(torch.from_numpy(encoded)).float()
 
 
 def _beyond(hue, low, high):

@@ -1,16 +1,14 @@
 """Things with a known appearance: config/things.tsv, ranges of colour and gloss from general knowledge."""
 
-import csv
 import zlib
 from pathlib import Path
 
-import pandas as pd
 import torch
 
 from neumat.conditions.ranges import gloss_range, misfit, row, seen
 from neumat.errors import NeumatError
-from neumat.files import cause
 from neumat.metrics.words import GLOSS
+from neumat.tables import read_texts
 
 COLUMNS = ("thing", "also", "hue", "lightness", "chroma", "gloss", "metal")
 LIMITS = {"hue": 360, "lightness": 100, "chroma": 200}
@@ -25,14 +23,7 @@ def read_things(path):
     name given twice.
     """
     path = Path(path)
-    try:
-        table = pd.read_csv(path, sep="\t", dtype=str, keep_default_na=False, quoting=csv.QUOTE_NONE)
-    except OSError as error:
-        raise NeumatError(path, "a table of things (TSV)", cause(path, error)) from error
-    except (UnicodeDecodeError, pd.errors.ParserError, pd.errors.EmptyDataError) as error:
-        raise NeumatError(path, "a table of things (TSV)", " ".join(str(error).split())) from error
-    if tuple(table.columns) != COLUMNS:
-        raise NeumatError(path, f"the columns {', '.join(COLUMNS)}", ", ".join(map(repr, table.columns)))
+    table = read_texts(path, "a table of things", COLUMNS)
     found, names = {}, set()
     for line, given in enumerate(table.to_dict("records"), start=2):
         own = tuple(name.strip().lower() for name in (given["thing"], *given["also"].split(",")) if name.strip())

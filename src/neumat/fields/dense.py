@@ -11,7 +11,6 @@ import math
 import torch
 
 from neumat.augment.dense import dense_values
-from neumat.augment.manifest import source_rows
 from neumat.errors import NeumatError
 from neumat.fields.fit import FILL, GROUP, OUTLIER, losses, soap, train
 from neumat.fields.validity import ANGLES, directional_albedos
@@ -19,10 +18,9 @@ from neumat.fields.validity import ANGLES, directional_albedos
 ENTRIES = 1 << 17  # of the grid, on which dense bases are fitted and judged
 
 
-def source_albedos(manifest, fitted):
-    """Return the largest directional albedo (N,) float32 of each source of the manifest, over channels and the light's
-    ANGLES, by their fields in the NeuMerl `fitted`."""
-    weights = fitted.weights[source_rows(manifest)["index"].to_numpy().copy()]
+def largest_albedos(weights):
+    """Return the largest directional albedo (n,), a float32 array, of each of the fields (n, 675), over channels and
+    the light's ANGLES."""
     return directional_albedos(weights, ANGLES).amax((1, 2)).numpy()
 
 

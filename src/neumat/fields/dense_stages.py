@@ -1,21 +1,18 @@
 """The stages that make the dense set: the recipe, the shards of fits, the gathering."""
 
-import json
-
-import h5py
 import numpy as np
-import torch
 
 from neumat.augment.dense import draw_dense, read_dense
-from neumat.augment.manifest import read_manifest
+from neumat.augment.manifest import read_manifest, source_rows
 from neumat.brdf.sources import read_sources
 from neumat.errors import NeumatError
-from neumat.fields.dense import fit_dense, load_dense, source_albedos, thinned
+from neumat.fields.dense import fit_dense, largest_albedos, load_dense, thinned
 from neumat.fields.dense_store import write_dense
 from neumat.fields.fit import GROUP, Directions
 from neumat.fields.interpolation import interpolated_fields
-from neumat.fields.store import FITS, PER_MATERIAL, read_neumerl
-from neumat.files import atomic_path, read_store, reading
+from neumat.fields.shards import read_shard, write_shard
+from neumat.fields.store import FITS, read_neumerl
+from neumat.files import atomic_path
 
 SHARD = "a shard of dense fits"
 
@@ -23,7 +20,8 @@ SHARD = "a shard of dense fits"
 def write_recipe(manifest_path, neumerl_path, config, seed, path):
     """Draw the dense bases of the config's section `augment.dense` and write them as TSV."""
     manifest = read_manifest(manifest_path)
-    rows = draw_dense(manifest, source_albedos(manifest, read_neumerl(neumerl_path)), config, seed)
+    sources = read_neumerl(neumerl_path).weights[source_rows(manifest)["index"].to_numpy().copy()]
+    rows = draw_dense(manifest, largest_albedos(sources), config, seed)
     with atomic_path(path) as temporary:
         rows.to_csv(temporary, sep="\t", index=False)
 
@@ -37,11 +35,7 @@ def fit_dense_shard(recipe_path, sources_path, neumerl_path, indices, config, se
         group = rows.iloc[indices[start : start + GROUP]]
         begun = interpolated_fields(group, fitted, neumerl_path)
         results.append(fit_dense(load_dense(sources, group, positions), directions, begun, config, seed))
-    with atomic_path(path) as temporary, h5py.File(temporary, "w") as file:
-        file["index"] = np.array(indices)
-        for key in ("weights", *PER_MATERIAL):
-            file[key] = torch.cat([result[key] for result in results]).numpy()
-        file.attrs["config"] = json.dumps(config)
+    write_shard(path, indices, results, config)
 
 
 def gather_dense(shard_paths, recipe_path, path):
@@ -52,9 +46,7 @@ def gather_dense(shard_paths, recipe_path, path):
     """
     rows, found, seen = read_dense(recipe_path), {}, []
     for shard_path in shard_paths:
-        arrays, attributes = read_store(shard_path, SHARD, FITS | {"index": ("integers", ("n",))})
-        with reading(shard_path, SHARD):
-            config = json.loads(attributes["config"])
+        arrays, config = read_shard(shard_path, SHARD)
         seen.append(arrays["index"])
         for key in FITS:
             found.setdefault(key, []).append(arrays[key])

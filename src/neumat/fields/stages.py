@@ -1,6 +1,5 @@
 """The stages that turn AugMERL into NeuMERL: the first field, the shards, the gathering."""
 
-import json
 import logging
 
 import h5py
@@ -13,8 +12,9 @@ from neumat.augment.store import AugMerl
 from neumat.errors import NeumatError
 from neumat.fields.fit import GROUP, Directions, first_field, fit
 from neumat.fields.layout import SIZE, permute_channels
-from neumat.fields.store import FITS, PER_MATERIAL, read_first, write_neumerl
-from neumat.files import atomic_path, read_store, reading
+from neumat.fields.shards import read_shard, write_shard
+from neumat.fields.store import PER_MATERIAL, read_first, write_neumerl
+from neumat.files import atomic_path, reading
 
 SHARD = "a shard of fits"
 
@@ -50,11 +50,7 @@ def fit_shard(store_path, sources_path, first_path, indices, config, seed, path,
     results = [fit(load_values(store, group), directions, first, config, seed) for group in progress(groups)]
     for group, result in zip(groups, results, strict=True):
         _check_finite(group, result)
-    with atomic_path(path) as temporary, h5py.File(temporary, "w") as file:
-        file["index"] = np.array(indices)
-        for key in ("weights", *PER_MATERIAL):
-            file[key] = torch.cat([result[key] for result in results]).numpy()
-        file.attrs["config"] = json.dumps(config)
+    write_shard(path, indices, results, config)
 
 
 def _check_finite(indices, result):
@@ -77,9 +73,8 @@ def fit_gather(shard_paths, manifest_path, path):
     fits = {key: np.zeros(len(manifest)) for key in PER_MATERIAL}
     count = len(PERMUTATIONS)
     for shard_path in shard_paths:
-        arrays, attributes = read_store(shard_path, SHARD, FITS | {"index": ("integers", ("n",))})
+        arrays, config = read_shard(shard_path, SHARD)
         with reading(shard_path, SHARD):
-            config = json.loads(attributes["config"])
             steps = range(1) if config["independent"] else range(count)
             for p in steps:
                 index = arrays["index"] + p

@@ -53,3 +53,8 @@ def to_srgb8(linear, exposure=EXPOSURE):
     x = (linear * exposure).nan_to_num_(0.0).clamp_(0, 1)
     curved = x.clamp_min(0.0031308).pow_(1 / 2.4).mul_(1.055).sub_(0.055)
     return torch.where(x <= 0.0031308, 12.92 * x, curved).mul_(255).round_().to(torch.uint8)
+
+
+def to_linear(values):
+    """Return the linear light of sRGB values in 0..1, any shape."""
+    return torch.where(values > 0.04045, ((values + 0.055) / 1.055) ** 2.4, values / 12.92)

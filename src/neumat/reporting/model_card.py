@@ -41,6 +41,7 @@ def _requests(conditional):
     rows = conditional[conditional["use"] == "report"]
     table = rows.pivot_table("value", ["modality", "measure"], "method", sort=False).reset_index()
     return (
-        "Answers to requests, by judges that share nothing with the model, beside those of a look-up by the same score "
-        f"(`look-up: ...`).\n\n{frame_markdown(table)}"
+        "Answers to requests, by judges that share nothing with the encoders or the model but the definitions of words "
+        "for colour and gloss, beside those of a look-up by the same score (`look-up: ...`)."
+        f"\n\n{frame_markdown(table)}"
     )

@@ -27,7 +27,7 @@ def plain_torch(representation):
     representation."""
     plane = representation.positional().permute(2, 0, 1)[None]
     directional = [each.permute(2, 0, 1)[None] for each in representation.directional()]
-    layers = [representation.state[f"layer{k}"] for k in range(representation.hidden + 1)]
+    layers = representation.layers()
     encoding = Encoding(*representation.state["encoding"].tolist())
 
     def fetched(plane, position, outermost_on_border):

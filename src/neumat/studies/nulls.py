@@ -7,7 +7,7 @@ or fields (n, 675). All are made of the training side alone.
 import torch
 
 from neumat.augment.dense import draw_recipe, mix, parents_of
-from neumat.fields.validity import ANGLES, directional_albedos
+from neumat.fields.dense import largest_albedos
 from neumat.generative.mixing import last_layer, mixtures
 from neumat.generative.orders import brightest_first
 from neumat.metrics.materials import MaterialSet
@@ -76,7 +76,7 @@ def recoloured(sides, n, level, generator):
 def dense(sides, n, level, generator):
     """Fresh draws of the recipe of AugMERL, dense; level: the share of blends of log(1 + f)."""
     names, config = sides.names, sides.dense | {"logarithmic": level}
-    albedo = directional_albedos(sides.weights["sources"], ANGLES).amax((1, 2)).numpy()
+    albedo = largest_albedos(sides.weights["sources"])
     first = int(torch.randint(1 << 30, (), generator=generator))
     rows = draw_recipe(names, albedo, range(first, first + n), config, first)
     numbers, where = parents_of(rows, names, "the sources of a fold")

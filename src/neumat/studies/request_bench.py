@@ -110,10 +110,9 @@ class Bench:
         self.sphere = FrozenSphere(PICTURE_SIZE, environment=new_environment)
         self.camera = FrozenSphere(*SPHERE, environment=lighting(UNSEEN))
         self.look_up = LookUp(synthesiser, self.weights[self.train])
-        plain = (rows["permutation"] == PERMUTATIONS[0]).to_numpy()[
-            self.train
-        ]  # in wanted colours all orders are alike
-        self.plain_look_up = LookUp(synthesiser, self.weights[self.train[plain]])
+        # In wanted colours all orders of a material's channels are alike.
+        plain = self.train[(rows["permutation"] == PERMUTATIONS[0]).to_numpy()[self.train]]
+        self.plain_look_up = LookUp(synthesiser, self.weights[plain])
         dense = dense_materials(paths["dense"], rows, PROTOCOL) if "dense" in paths else None
         self.dense_look_up = None if dense is None else LookUp(synthesiser, dense)
         self.shown = shown_materials(rows["base"].to_numpy(), self.reference, images, seed)[side]

@@ -30,7 +30,7 @@ class Decoder:
         self.side, self.features = representation.side, representation.features
         self.planes = [buffer(padded(plane.flatten(0, 1))) for plane in representation.directional()]
         self.exposure, self.curve, self.ceiling = representation.state["encoding"].tolist()
-        layers = [representation.state[f"layer{k}"] for k in range(representation.hidden + 1)]
+        layers = representation.layers()
         self.number, tensor = (mi.Float16, mi.TensorXf16) if half else (mi.Float, mi.TensorXf)
         self.channels, inputs = representation.channels, layers[0].shape[1]
         self.zeros = _up(inputs) - inputs

@@ -104,7 +104,7 @@ class Neural(Representation):
 
     def _eval(self, features, light, view):
         angular = self._angular(light, view)
-        layers = self._layers()
+        layers = self.layers()
         encoding = Encoding(*self.state["encoding"].tolist())
         found = torch.empty(len(features), 3)
         for start in range(0, len(features), BLOCK):
@@ -119,7 +119,7 @@ class Neural(Representation):
         names = [f"angular{k}" for k in range(len(self.state)) if f"angular{k}" in self.state]
         return [unpacked(name, self.state) for name in names]
 
-    def _layers(self):
+    def layers(self):
         """Return the network's matrices."""
         return [self.state[f"layer{k}"] for k in range(self.hidden + 1)]
 
@@ -129,4 +129,4 @@ class Neural(Representation):
         positions, extras = self.parametrise(light, view)
         planes = zip(self._directional(), positions, strict=True)
         inputs = torch.cat([*(gather(plane, *nodes(position, self.side)) for plane, position in planes), extras])
-        return self._layers()[0][:, self.channels :] @ inputs
+        return self.layers()[0][:, self.channels :] @ inputs
